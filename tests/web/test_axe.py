@@ -64,6 +64,7 @@ def faults(page: Page, axe: str) -> object:
     return page.evaluate(RUN)
 
 
+@pytest.mark.finding("page 16")
 @pytest.mark.parametrize("name", [view.name for view in VIEWS])
 def test_views_have_none_in_light_and_dark(browser: Browser, described: Site, axe: str, name: str) -> None:
     with tab(browser, described.address) as page:
@@ -77,6 +78,7 @@ def test_views_have_none_in_light_and_dark(browser: Browser, described: Site, ax
             assert faults(page, axe) == [], scheme
 
 
+@pytest.mark.finding("page 16")
 def test_the_trace_has_none_with_rows_opened_and_plotted_nor_its_dialogs(
     browser: Browser, described: Site, axe: str
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,11 +25,13 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.conforms("PG-01")
 
 
+@pytest.mark.finding("page A6")
 def test_every_board_and_line_is_in_the_tree(client: httpx.Client, hub: canwire.Hub) -> None:
     tree = client.get("/boards/tree").text
     for place in canwire.every_line(hub):
         assert f'data-line="{place.address}"' in tree
         assert place.board.description in tree
+    assert set(re.findall(r'data-label="TEC">(.+?)</td>', tree)) == {"–"}  # nothing is initialised yet
 
 
 def test_buses_that_cannot_keep_up_are_told_once(
@@ -46,7 +49,7 @@ def test_buses_that_cannot_keep_up_are_told_once(
         if line.lin is not None
     ]
     assert {line.can is None for line in late} == {True, False}
-    monkeypatch.setattr("canwire.web.boards.view.look", lambda hub: late)
+    monkeypatch.setattr("canwire.web.boards.view.look", lambda hub, boards: late)
     for shown in (late, [line for line in late if line.can is None]):
         (said,) = lateness_of(shown)
         assert said.startswith("bus time is 2.00 s behind the clock")
@@ -223,6 +226,7 @@ def test_changed_register_bits_are_marked(page: Page, hub: canwire.Hub) -> None:
     assert chip.get_attribute("open") is not None
 
 
+@pytest.mark.finding("page 8", "page B6")
 def test_two_hundred_boards_are_a_compact_list_that_is_searched(home: Path) -> None:
     boards = "".join(
         f'[[board]]\nkind = "usb-to-can-fd"\nserial = "HW{number:06}"\nbuses = ["can{number % 70}", "", ""]\n'
@@ -241,5 +245,8 @@ def test_two_hundred_boards_are_a_compact_list_that_is_searched(home: Path) -> N
         found = client.get("/boards/tree", params={"q": "hw000123"}).text
         assert found.count("<section") == 1
         assert client.get("/boards/tree", params={"q": "can69 usb"}).text.count("<section") == 2
+        table = client.get("/statistics/table").text
+        assert (table.count("<tr>"), "40 of 400 lines are shown" in table) == (41, True)
+        assert client.get("/statistics/table", params={"q": "HW000123 can53"}).text.count("<tr>") == 2
         with watching(site, [f"HW{number:06}:0" for number in range(200)]) as viewer:
             assert len({line["bus"] for line in viewer.lines}) == 70

@@ -72,6 +72,7 @@ def opened(client: httpx.Client, path: Path, bus: str = "") -> str:
     return str(answer.json()["key"])
 
 
+@pytest.mark.finding("page B5")
 def test_they_are_opened_chosen_and_closed_by_whoever_has_the_token(
     client: httpx.Client, viewer: httpx.Client, files: tuple[Path, Path]
 ) -> None:

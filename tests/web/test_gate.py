@@ -64,6 +64,7 @@ def test_without_a_token_one_may_look(asking: TestClient) -> None:
     assert asking.get("/look").text == "writer: False"
 
 
+@pytest.mark.finding("page 7", "page B8")
 def test_where_viewers_are_not_let_in_nobody_looks_without_the_token() -> None:
     with TestClient(CLOSED, base_url=f"http://{HOST}") as asking:
         assert asking.get("/look").status_code == 403
@@ -157,6 +158,7 @@ def test_every_answer_forbids_what_is_not_the_page_s_own(asking: TestClient) -> 
         assert answer.headers["x-content-type-options"] == "nosniff"
 
 
+@pytest.mark.finding("page 18")
 def test_a_body_of_unknown_length_that_is_too_long_is_told(asker: httpx.Client) -> None:
     def pieces() -> Iterator[bytes]:
         for _ in range(40):
@@ -165,6 +167,7 @@ def test_a_body_of_unknown_length_that_is_too_long_is_told(asker: httpx.Client) 
     assert asker.post("/send/put", content=pieces()).status_code == 413
 
 
+@pytest.mark.finding("page 6", "page B8")
 @pytest.mark.parametrize(
     "sent", [b"", b"GET / HTTP/1.1\r\nHost: 127", b"GET /link HTTP/1.1\r\nHost: {host}\r\n\r\nGET /"]
 )

@@ -84,6 +84,7 @@ def test_who_asks_without_a_hub_is_told(tmp_path: Path) -> None:
             site.link.hub  # noqa: B018
 
 
+@pytest.mark.finding("page 2")
 @pytest.mark.conforms("N-53")
 def test_a_server_that_is_dead_or_hangs_is_said(browser: Browser, site: Site) -> None:
     """Its answers are kept back by the browser, as those of a process that is stopped are."""
@@ -96,6 +97,7 @@ def test_a_server_that_is_dead_or_hangs_is_said(browser: Browser, site: Site) ->
         page.get_by_text("Hub connected").wait_for()
 
 
+@pytest.mark.finding("page 14")
 def test_a_page_that_was_made_without_a_hub_has_its_lines_when_it_is_back(
     browser: Browser, tmp_path: Path
 ) -> None:
@@ -112,6 +114,7 @@ def test_a_page_that_was_made_without_a_hub_has_its_lines_when_it_is_back(
             page.locator('#row-form option[value="HW000001:0"]').wait_for(state="attached")
 
 
+@pytest.mark.finding("page 11")
 @pytest.mark.conforms("N-53")
 def test_after_another_hub_began_old_rows_keep_their_time_in_a_log(tmp_path: Path) -> None:
     with (

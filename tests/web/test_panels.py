@@ -80,6 +80,7 @@ def test_a_signal_that_is_set_is_sent_by_the_row_of_its_message(described: Site,
         assert "possible" in str(answer.json()["faults"])
 
 
+@pytest.mark.finding("page B5")
 def test_in_the_browser_parts_are_added_used_kept_and_saved(
     browser: Browser, described: Site, hub: canwire.Hub
 ) -> None:

@@ -108,6 +108,7 @@ def test_what_cannot_be_queued_is_counted_and_told(bench: Bench) -> None:
     assert "full" in now.trouble
 
 
+@pytest.mark.finding("page 10")
 def test_changing_a_row_keeps_its_cycle_and_its_count(bench: Bench) -> None:
     row = bench.list.put(Row(0, "HW1:0", Content(Frame(0x100)), cycle_ms=10))
     bench.list.start(row.number)
@@ -246,6 +247,7 @@ def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.H
         page.get_by_role("cell", name="7", exact=True).wait_for()
 
 
+@pytest.mark.finding("page 10")
 def test_alone_on_the_bus_nothing_counts_as_sent_and_nothing_stale_goes_out(
     client: httpx.Client, hub: canwire.Hub
 ) -> None:
@@ -273,6 +275,7 @@ def test_alone_on_the_bus_nothing_counts_as_sent_and_nothing_stale_goes_out(
     assert len(came) <= 2  # the one that the controller had, at most
 
 
+@pytest.mark.finding("page B4")
 def test_a_list_is_saved_and_loaded(client: httpx.Client) -> None:
     client.post("/send/put", data={**GOOD, "cycle": "10", "key": "q", "comment": "ä"})
     client.post("/send/put", data={**GOOD, "format": "remote", "dlc": "4"})

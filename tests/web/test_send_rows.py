@@ -127,6 +127,7 @@ def test_faults_are_at_their_fields(asker: httpx.Client, fields: dict[str, str],
     assert set(answer.json()["faults"]) == {fault}
 
 
+@pytest.mark.finding("page B4")
 def test_the_hub_keeps_exact_cycles_and_counts_what_was_on_the_bus(
     client: httpx.Client, hub: canwire.Hub
 ) -> None:
@@ -173,6 +174,7 @@ def test_a_cycle_that_the_list_cannot_keep_is_told(client: httpx.Client, hub: ca
         assert "steps of 0.1 ms" in answer.json()["message"]
 
 
+@pytest.mark.finding("page 10")
 def test_signals_are_changed_by_name_while_the_row_cycles(
     hub_address: str, hub: canwire.Hub, tmp_path: Path
 ) -> None:
@@ -222,6 +224,7 @@ def heard(monitor: canwire.Monitor, count: int) -> list[LinFrame]:
     return found
 
 
+@pytest.mark.finding("page B4")
 def test_a_lin_line_is_started_and_sends_frames_headers_and_a_schedule(
     client: httpx.Client, hub: canwire.Hub, listening: canwire.Monitor
 ) -> None:
@@ -298,6 +301,7 @@ def view() -> str:
     return "send"
 
 
+@pytest.mark.finding("page 10")
 def test_a_browser_offers_its_last_list_where_the_server_has_none(page: Page, client: httpx.Client) -> None:
     page.get_by_role("button", name="New").click()
     page.get_by_label("Identifier, hex").fill("321")

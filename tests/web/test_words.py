@@ -110,6 +110,14 @@ def test_what_is_wrong_with_a_row_is_said_in_the_viewer_s_language(asker: httpx.
     assert answer.startswith("Diese Bitrate geht hier nicht (")
 
 
+@pytest.mark.finding("page A8")
+def test_no_word_has_backticks_nor_what_the_hub_says() -> None:
+    for language in LANGUAGES:
+        assert [key for key, text in words_in(language).texts.items() if "`" in text] == []
+    assert words_in("en").told("conflict", "stop it: `canwire stop can0`") == "stop it: canwire stop can0"
+
+
+@pytest.mark.finding("page 17")
 def test_decimals_have_the_language_s_point() -> None:
     english, german = words_in("en"), words_in("de")
     assert (english.decimal(1.25, 1), german.decimal(1.25, 1)) == ("1.2", "1,2")

@@ -16,6 +16,8 @@ from canwire import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from canwire import Hub
 
 
@@ -60,9 +62,9 @@ def _key(name: str) -> str:
     return name.lower().replace("_", "-")
 
 
-def look(hub: Hub) -> list[Line]:
-    """All lines in the order of the boards; those of one that is pulled out meanwhile are left out."""
-    places = every_line(hub)
+def look(hub: Hub, boards: Collection[int] | None = None) -> list[Line]:
+    """Lines of these boards (their numbers; None: of all); those of one that is pulled out meanwhile are left out."""
+    places = [place for place in every_line(hub) if boards is None or place.board.id in boards]
     can = hub.line_statuses(place.board.id for place in places if place.info.lin is None)
     lin = hub.lin_statuses(place.board.id for place in places if place.info.lin is not None)
     found = []
@@ -85,7 +87,7 @@ def lateness_of(lines: list[Line]) -> list[str]:
     return sorted({line.lateness for line in lines} - {""})[-1:]
 
 
-def by_board(lines: list[Line], boards: tuple[BoardInfo, ...]) -> list[tuple[BoardInfo, list[Line]]]:
+def by_board(lines: list[Line], boards: Collection[BoardInfo]) -> list[tuple[BoardInfo, list[Line]]]:
     """Each board with its lines."""
     found: dict[int, list[Line]] = {board.id: [] for board in boards}
     for line in lines:

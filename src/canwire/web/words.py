@@ -55,10 +55,11 @@ class Words:
         return self.trouble(Trouble.of(error))
 
     def trouble(self, text: str) -> str:
-        """The same of an error's message that was kept; any other text as it is."""
+        """The same of an error's message that was kept; any other text alone. Backticks are for terminals."""
         keys = (f"base.error-{kind}" for kind in getattr(text, "kinds", ()))
         sentence = next((self.texts[key] for key in keys if key in self.texts), "")
-        return f"{sentence} ({text})" if sentence else str(text)
+        plain = text.replace("`", "")
+        return f"{sentence} ({plain})" if sentence else plain
 
     def told(self, kind: str, text: str) -> str:
         """A sentence that the hub says in English, with base.error-KIND before it."""

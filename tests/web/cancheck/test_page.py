@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from canwire.web.server import Site
 
 
+@pytest.mark.finding("page 18")
 @pytest.mark.conforms("FT-06")
 def test_the_main_window(cancheck: Page, hub: canwire.Hub, peer: Peer) -> None:
     board = hub.board(BOARD).id

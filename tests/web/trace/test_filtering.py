@@ -59,6 +59,7 @@ def rows() -> numpy.ndarray:
     return made
 
 
+@pytest.mark.finding("page B3")
 @pytest.mark.parametrize(
     ("text", "passed"),
     [
@@ -95,6 +96,7 @@ def test_what_passes(language: Language, rows: numpy.ndarray, text: str, passed:
     assert numpy.flatnonzero(test(rows)).tolist() == passed
 
 
+@pytest.mark.finding("page 15")
 @pytest.mark.parametrize(("text", "passes"), [("ADE", False), ("id:ADE", False), ("name:ADE", True)])
 def test_a_name_of_hexadecimal_digits_is_meant_by_its_prefix(
     language: Language, text: str, passes: bool

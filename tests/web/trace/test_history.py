@@ -40,6 +40,7 @@ def test_a_row_has_the_size_that_the_page_counts_on() -> None:
     assert row_dtype().itemsize == ROW_BYTES == 88
 
 
+@pytest.mark.finding("page B1")
 @pytest.mark.usefixtures("small")
 @examples(60)
 @given(st.lists(st.integers(0, 70), max_size=12), st.integers(0, 400), st.integers(0, 400))
@@ -92,6 +93,7 @@ def test_listeners_hear_of_every_write_until_they_leave() -> None:
     assert heard == [2]
 
 
+@pytest.mark.finding("page 3")
 def test_lines_are_merged_by_their_stamps_though_queues_are_read_one_after_the_other() -> None:
     """What line 1 put in while line 0 was being read comes in the next sweep, in its place."""
     history = History()

@@ -32,6 +32,7 @@ def whole(table: Identifiers, lines: tuple[int, ...] = (0, 1)) -> Page:
     return table.page(lines, None, NONE, 0, 1000)
 
 
+@pytest.mark.finding("page B2")
 @examples(60)
 @given(
     st.lists(
@@ -86,6 +87,7 @@ def test_what_came_before_it_was_cleared_is_not_counted() -> None:
     assert page.extra["count"].tolist() == [1, 1]
 
 
+@pytest.mark.finding("page 4")
 def test_a_snapshot_keeps_what_it_has() -> None:
     table = Identifiers()
     table.add(rows((1, 0x100, 0)))
@@ -94,6 +96,7 @@ def test_a_snapshot_keeps_what_it_has() -> None:
     assert whole(copied).extra["count"].tolist() == [1]
 
 
+@pytest.mark.finding("page 15")
 def test_frames_beyond_its_room_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST", 2)
     table = Identifiers()

@@ -176,6 +176,7 @@ def test_what_happens_on_a_lin_line(
     ]
 
 
+@pytest.mark.finding("page A2")
 def test_rows_open_and_columns_are_those_of_the_lines(
     trace: Page, hub: canwire.Hub, master: LinControl
 ) -> None:

@@ -49,6 +49,7 @@ def opened(client: httpx.Client, path: Path) -> str:
     return str(answer.json()["key"])
 
 
+@pytest.mark.finding("page B5")
 def test_its_rows_are_those_of_the_file_filtered_and_numbered(
     steady: Site, asker: httpx.Client, log: Path
 ) -> None:
@@ -82,6 +83,7 @@ def test_what_is_shown_is_saved_and_opens_again(
     asker.post("/trace/close", data={"key": key})
 
 
+@pytest.mark.finding("page A1")
 def test_what_a_log_says_is_missing_is_a_row(steady: Site, asker: httpx.Client, tmp_path: Path) -> None:
     path = tmp_path / "gap.csv"
     stamp = ENTRIES[0].timestamp_ns
@@ -114,8 +116,9 @@ def test_what_is_not_there_cannot_be_saved(asker: httpx.Client, query: dict[str,
     assert asker.get("/trace/log", params=query).status_code == 422
 
 
+@pytest.mark.finding("page 14")
 def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
-    """Two clicks to see a log, one to be back."""
+    """Two clicks to see a log, one to be back. Without rows the page says why."""
     with tab(browser, at(steady, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
         rows = page.locator("#body .trace-row:not([hidden])")
@@ -131,3 +134,10 @@ def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
         assert " 10A " in downloading.value.path().read_text()
         page.get_by_role("button", name="Close this log").click()
         page.get_by_text("drive.blf is closed.").wait_for()
+        page.locator("#filter").fill("")
+        page.get_by_text("HW000001:0 does not run: start it under Boards.").wait_for()
+        told = {"address": "HW1:0", "bus": "can0", "kind": "CAN", "running": True, "state": "bus-off"}
+        gone = {"running": False, "trouble": "", "files": [], "rows": 0, "number": 0}
+        answer = {"lines": [told], "logs": [], "recording": gone, "replay": gone}
+        page.route("**/trace/lines?*", lambda route: route.fulfill(json=answer))
+        page.get_by_text("HW1:0 is bus-off: it hears nothing until it is recovered under Boards.").wait_for()

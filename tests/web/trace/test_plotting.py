@@ -42,6 +42,7 @@ def test_a_thinned_curve_has_its_ends_in_order_and_its_peaks(values: list[int]) 
         assert (min(kept), max(kept)) == (min(values), max(values))
 
 
+@pytest.mark.finding("page B2")
 @pytest.mark.conforms("PG-02", "PG-12")
 def test_signals_in_rows_are_plotted_by_a_click_and_rows_marked_and_filtered(
     browser: Browser, hub_address: str, hub: canwire.Hub, tmp_path: Path

@@ -9,6 +9,7 @@ import pytest
 import canwire
 from canwire import Frame
 from canwire.web.server import Site
+from canwire.web.trace.store.rows import LOST, mark_row
 from tests.hubs import LONG_S
 from tests.web.trace.watching import sender, tab_on_trace, watching
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.conforms("PG-04")
 
 
+@pytest.mark.finding("page 12")
 def test_every_frame_between_start_and_stop_is_in_the_file(
     site: Site, client: httpx.Client, hub: canwire.Hub
 ) -> None:
@@ -32,8 +34,13 @@ def test_every_frame_between_start_and_stop_is_in_the_file(
         viewer.until(lambda one: len(one.frames) == len(frames))
         answer = client.post("/trace/record-stop")
         assert answer.json()["message"] == "Recorded 3000 rows, 0 missed."
-    lines = client.get("/trace/recording").text.splitlines()
+        client.post("/trace/record", data={"lines": address})
+        site.desk.kept["trace"].history.append(mark_row(LOST, 0, 7, 0))
+        assert client.post("/trace/record-stop").json()["message"] == "Recorded 1 rows, 0 missed."
+    lines = client.get("/trace/recording", params={"number": "1"}).text.splitlines()
     assert [canwire.parse_log_line(line).content for line in lines] == frames
+    (missing,) = client.get("/trace/recording").text.splitlines()
+    assert isinstance(canwire.parse_log_line(missing).content, canwire.BusEvent)
 
 
 def test_without_a_recording_there_is_no_file(asker: httpx.Client) -> None:

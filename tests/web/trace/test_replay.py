@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,13 +74,11 @@ def test_frames_are_played_in_their_order_at_their_times(
     with receiving(hub) as channel:
         line = canwire.find_lines(hub, "can0")[0].address
         wish = {"source": key, f"line.{can}": line, "speed": "2"}
+        begun_s = time.monotonic()
         assert client.post("/trace/replay", data=wish).status_code == 200
         came = [channel.receive(LONG_S) for _ in range(12)]
         assert [frame.id for frame in came if frame is not None] == [0x100 + number for number in range(12)]
-        stamps = [frame.timestamp_ns for frame in came if frame is not None]
-        assert (
-            stamps[-1] - stamps[0] >= 11 * STEP_NS / 2 - 10_000_000
-        )  # the first may be late, no other one early
+        assert time.monotonic() - begun_s >= 11 * STEP_NS / 2 / 1e9  # however late it is, nothing comes early
         played = until_over(client)
         assert (played["sent"], played["delivered"], played["skipped"], played["trouble"]) == (12, 12, 0, "")
         part = {**wish, "speed": "0", "from": "0.02", "to": "0.08", "filter": "!104"}

@@ -35,6 +35,7 @@ def test_two_viewers_see_every_frame_once(site: Site, hub: canwire.Hub) -> None:
             assert (viewer.head["lost"], viewer.head["late"]) == (0, 0)
 
 
+@pytest.mark.finding("page B1")
 def test_a_late_viewer_has_the_same_rows_from_the_beginning(site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address
     with watching(site, [address]) as first, sender(hub) as channel:
@@ -46,6 +47,7 @@ def test_a_late_viewer_has_the_same_rows_from_the_beginning(site: Site, hub: can
             assert late.rows.tobytes() == first.rows.tobytes()
 
 
+@pytest.mark.finding("page 1")
 @pytest.mark.conforms("N-53")
 def test_a_viewer_that_was_cut_off_has_the_rows_of_one_that_was_not(site: Site, hub: canwire.Hub) -> None:
     """And frames that came while nobody watched are there, too."""
@@ -64,6 +66,7 @@ def test_a_viewer_that_was_cut_off_has_the_rows_of_one_that_was_not(site: Site, 
     assert [frame.id for frame in back.frames] == list(range(1, 501))
 
 
+@pytest.mark.finding("page 3")
 @pytest.mark.conforms("N-53")
 def test_rows_of_two_buses_are_in_the_order_of_their_stamps(home: Path) -> None:
     buses = '[[bus]]\nname = "can0"\n[[bus]]\nname = "can1"\n'
@@ -92,6 +95,7 @@ def in_order(site: Site, hub: canwire.Hub) -> None:
         assert viewer.head["late"] == 0
 
 
+@pytest.mark.finding("page 4")
 @pytest.mark.conforms("N-53")
 def test_a_snapshot_does_not_drain_and_takes_another_filter(site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address
@@ -111,6 +115,7 @@ def test_a_snapshot_does_not_drain_and_takes_another_filter(site: Site, hub: can
         assert [frame.id for frame in viewer.frames] == [5, 6, 7, 8, 9]
 
 
+@pytest.mark.finding("page 6")
 @pytest.mark.conforms("PG-01")
 def test_made_up_names_cost_nothing(site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address
@@ -253,6 +258,7 @@ def test_an_error_opens_to_the_frame_that_was_destroyed_and_its_flag(
             assert "123#55" in page.locator(".wire figcaption").inner_text()
 
 
+@pytest.mark.finding("page 5")
 def test_one_row_for_each_identifier_counts_and_marks_what_changed(
     browser: Browser, site: Site, hub: canwire.Hub
 ) -> None:
@@ -269,6 +275,7 @@ def test_one_row_for_each_identifier_counts_and_marks_what_changed(
         assert rows.first.locator("b").all_inner_texts() == ["04"]
 
 
+@pytest.mark.finding("page 13")
 def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address
     with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
@@ -296,11 +303,16 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.locator("#filter").fill("!102")
         page.locator("#filter").press("Enter")
         page.locator("#shown", has_text="2").wait_for()
+        page.locator("#pause").click()
+        channel.send(Frame(0x104), timeout=LONG_S)
         page.reload()
         holds(page.locator("#filter"), "!102")
         page.locator("#shown", has_text="2").wait_for()  # from the server's history
+        page.get_by_role("button", name="Go on").click()
+        page.locator("#shown", has_text="3").wait_for()
 
 
+@pytest.mark.finding("page 1")
 @pytest.mark.conforms("PG-04")
 def test_a_viewer_that_does_not_read_slows_nobody_and_misses_nothing(site: Site, hub: canwire.Hub) -> None:
     """Rows are put into the history directly: more than memory holds. What it does not ask for is not sent."""

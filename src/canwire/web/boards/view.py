@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING
 
 from starlette.routing import BaseRoute, Route
 
-from canwire import HubLost, conflicts_on, kind_names
+from canwire import HubLost, conflicts_on, every_line, kind_names
 from canwire.web.actions import action
 from canwire.web.boards import changes
 from canwire.web.boards.leds import leds_of
 from canwire.web.boards.registers import registers_of
 from canwire.web.desk import View
-from canwire.web.lines import Line, by_board, lateness_of, look
+from canwire.web.lines import by_board, lateness_of, look
 
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
-    from canwire import BoardInfo
+    from canwire import BoardInfo, Hub
     from canwire.web.desk import Desk
 
 MOST_SHOWN = 40  # boards; more are found by the search
@@ -47,31 +47,34 @@ def _page(desk: Desk, request: Request) -> Response:
 def _tree(desk: Desk, request: Request) -> Response:
     try:
         hub = desk.link.hub
-        lines = look(hub)
-        found = [one for one in by_board(lines, hub.boards()) if _fits(one, request)]
-        boards, more = found[:MOST_SHOWN], max(0, len(found) - MOST_SHOWN)
-        shown = [line for _, of_board in boards for line in of_board]
+        found = _searched(hub, request)
+        shown = look(hub, [board.id for board in found[:MOST_SHOWN]])
+        boards, more = by_board(shown, found[:MOST_SHOWN]), max(0, len(found) - MOST_SHOWN)
         notices = [("conflict", str(one)) for one in conflicts_on(hub)]
-        notices += [("lateness", one) for one in lateness_of(lines)]
+        notices += [("lateness", one) for one in lateness_of(shown)]
         leds = {line.place.address: leds_of(hub, line) for line in shown if line.can is not None}
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=desk.words(request).error(error))
     return desk.part(request, "boards/tree.jinja", boards=boards, more=more, notices=notices, leds=leds)
 
 
-def _fits(board: tuple[BoardInfo, list[Line]], request: Request) -> bool:
-    """Whether it has every word that is searched for: of its name, its kind, its buses."""
-    info, lines = board
-    buses = " ".join(line.place.info.bus for line in lines)
-    text = f"{info.hardware_id} {info.description} {info.kind} {buses}".lower()
-    return all(word in text for word in request.query_params.get("q", "").lower().split())
+def _searched(hub: Hub, request: Request) -> list[BoardInfo]:
+    """Boards with every word that is searched for, in their name, their kind or their buses."""
+    words = request.query_params.get("q", "").lower().split()
+    buses: dict[int, str] = {}
+    for place in every_line(hub) if words else ():
+        buses[place.board.id] = f"{buses.get(place.board.id, '')} {place.info.bus}"
+    texts = {
+        info.id: f"{info.hardware_id} {info.description} {info.kind} {buses.get(info.id, '')}".lower()
+        for info in hub.boards()
+    }
+    return [info for info in hub.boards() if all(word in texts.get(info.id, "") for word in words)]
 
 
 def _registers(desk: Desk, request: Request) -> Response:
     try:
         hub = desk.link.hub
-        found = [one for one in by_board(look(hub), hub.boards()) if _fits(one, request)]
-        chips = registers_of(hub, {info.id for info, _ in found[:MOST_SHOWN]})
+        chips = registers_of(hub, {info.id for info in _searched(hub, request)[:MOST_SHOWN]})
     except HubLost as error:
         return desk.part(request, "boards/away.jinja", error=desk.words(request).error(error))
     return desk.part(request, "boards/registers.jinja", chips=chips)

@@ -38,7 +38,7 @@ class _Held:
         self.monitor: Monitor = hub.open_monitor(place.board.id, place.line)
         self.rows: set[Sender] = set()
         self.scheduled = False
-        self.waiting: tuple[Sender, int] | None = None  # whose frame is on its way, and its identifier
+        self.waiting: list[tuple[Sender, int]] = []  # whose frames were not heard yet, and their identifiers
         try:
             self.monitor.set_up(LinMonitorMode(receive=_QUEUE, events=(int(LinEventKind.ERROR),)))
             self.monitor.activate()
@@ -101,7 +101,7 @@ class LinOutlets:
                 self._let_go(address)
                 raise
             held.rows.add(row)
-            held.waiting = row, frame.id
+            held.waiting.append((row, frame.id))
 
     def hold(self, row: Sender, address: str) -> None:
         """Keep the line's control until `drop`; raises WrongState for a line that is no running master, InUse."""
@@ -112,9 +112,10 @@ class LinOutlets:
         """Whether a frame of this row is on its way: it was neither heard yet, nor was an error in its place."""
         with self._lock:
             for held in self._held.values():
-                if held.waiting is not None and held.waiting[0] == row:
+                if row in held.rows:
                     self._listen(held)
-                    return held.waiting is not None and held.control.status().status.running
+                    waits = any(sender == row for sender, _ in held.waiting)
+                    return waits and held.control.status().status.running
         return False
 
     def delivered(self, row: Sender) -> int:
@@ -192,12 +193,15 @@ class LinOutlets:
         return held
 
     def _listen(self, held: _Held) -> None:
+        """Count what was heard: a frame that was sent before one that was heard is over, too."""
         while (message := held.monitor.receive()) is not None:
-            if held.waiting is not None and message.id in (held.waiting[1], _NO_ID):
-                if isinstance(message, LinFrame):
-                    row = held.waiting[0]
-                    self._delivered[row] = self._delivered.get(row, 0) + 1
-                held.waiting = None
+            fits = [place for place, (_, id) in enumerate(held.waiting) if message.id in (id, _NO_ID)]
+            if not fits:
+                continue
+            row = held.waiting[fits[0]][0]
+            if isinstance(message, LinFrame):
+                self._delivered[row] = self._delivered.get(row, 0) + 1
+            del held.waiting[: fits[0] + 1]
 
     def _let_go(self, address: str) -> None:
         held = self._held.get(address)

@@ -10,7 +10,7 @@ from starlette.routing import BaseRoute, Route
 from canwire import HubLost
 from canwire.web.actions import Call, action
 from canwire.web.desk import View
-from canwire.web.lines import can_lines
+from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import KINDS, Faults
 from canwire.web.statistics.sampler import Sampler
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from canwire.web.trace.view import Tracing
 
 _ADDRESS = 80  # characters
+MOST_SHOWN = 40  # lines; more are found by the search
 
 
 class Statistics:
@@ -49,13 +50,18 @@ class Statistics:
         except HubLost:
             lines = []
         buses = sorted({line.place.info.bus for line in lines} - {""})
-        return self._desk.page(request, VIEW, lines=lines, buses=buses, kinds=list(KINDS))
+        return self._desk.page(request, VIEW, lines=lines, buses=buses, kinds=list(KINDS), most=MOST_SHOWN)
 
     def _table(self, request: Request) -> Response:
-        lines = can_lines(self._desk.link.hub)
+        words = request.query_params.get("q", "").lower().split()
+        found = [line for line in can_lines(self._desk.link.hub) if all(one in _text(line) for one in words)]
+        found.sort(key=lambda line: not line.running)
+        lines, more = found[:MOST_SHOWN], max(0, len(found) - MOST_SHOWN)
         latest = {line.place.address: self._sampler.samples(line.place.address, 0)[-1:] for line in lines}
         peaks = {line.place.address: self._sampler.peak(line.place.address) for line in lines}
-        return self._desk.part(request, "statistics/table.jinja", lines=lines, latest=latest, peaks=peaks)
+        return self._desk.part(
+            request, "statistics/table.jinja", lines=lines, more=more, latest=latest, peaks=peaks
+        )
 
     def _samples(self, request: Request) -> Response:
         """Columns of numbers: those of Sample, each a list; `epoch` and its times are seconds since 1970."""
@@ -84,6 +90,10 @@ class Statistics:
         call.fields.check()
         self._faults.cancel(number)
         return call.word("statistics.fault-gone")
+
+
+def _text(line: Line) -> str:
+    return f"{line.place.address} {line.place.info.bus} {line.place.board.description}".lower()
 
 
 VIEW = View(

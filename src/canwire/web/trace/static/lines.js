@@ -3,6 +3,7 @@ import { remember, remembered, word } from "/static/base/base.js";
 import { busesAre } from "/static/databases/databases.js";
 
 const LOOK_MS = 2000;
+const MOST_SAID = 3; // lines of which it is said why nothing comes
 const MANY = 24; // lines; they are searched and ordered by bus then
 
 export class LinesChosen {
@@ -88,7 +89,7 @@ export class LinesChosen {
     const legend = this.place.querySelector("legend");
     const many = lines.length > MANY;
     this.search.hidden = !many;
-    const byBus = (one, other) => one.bus.localeCompare(other.bus, "en", { numeric: true });
+    const byBus = (one, other) => !one.bus - !other.bus || one.bus.localeCompare(other.bus, "en", { numeric: true });
     this.place.replaceChildren(legend, this.search, ...(many ? [...lines].sort(byBus) : lines).map((line) => {
       const label = document.createElement("label");
       label.className = `check chip-choice${line.running ? " running" : ""}`;
@@ -121,7 +122,10 @@ export class LinesChosen {
       if (state === "bus-off") return word("trace.bus-off-line", { address });
       return running ? "" : word("trace.still-line", { address });
     });
-    document.getElementById("empty").textContent = [...said.filter(Boolean), word("trace.empty")].join(" ");
+    const all = said.filter(Boolean);
+    const some = all.slice(0, MOST_SAID);
+    if (all.length > some.length) some.push(word("trace.more-still", { count: all.length - some.length }));
+    document.getElementById("empty").textContent = [...some, word("trace.empty")].join(" ");
   }
 
   /** What the server says of the lines that this viewer asked for. */
@@ -136,6 +140,7 @@ export class LinesChosen {
 function usual(lines) {
   const byBus = new Map();
   for (const line of lines) {
+    if (!line.bus && lines.some((one) => one.bus)) continue; // on no bus nothing happens
     const kept = byBus.get(line.bus);
     if (!kept || (line.running && !kept.running)) byBus.set(line.bus, line);
   }

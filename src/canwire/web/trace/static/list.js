@@ -175,6 +175,14 @@ export class List {
     if (!before && follow) this.sync();
   }
 
+  /** Another list comes: its newest row is in sight, or its first one. */
+  begin(follow) {
+    this.follow = follow;
+    if (follow) return;
+    this.body.scrollTop = this.top = 0;
+    this.exact = null;
+  }
+
   select(index, open) {
     if (!this.count) return;
     this.selected = Math.max(0, Math.min(index, this.count - 1));

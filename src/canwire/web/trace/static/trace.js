@@ -12,7 +12,8 @@ import { Names } from "/static/trace/names.js";
 import { Plots } from "/static/trace/plots.js";
 import { offerMarked, replays, save, sources } from "/static/trace/logs.js";
 import { record } from "/static/trace/recording.js";
-import { frameText, isSilent, makeTexts, markBytes, markSignals } from "/static/trace/texts.js";
+import { fillRow } from "/static/trace/filling.js";
+import { makeTexts } from "/static/trace/texts.js";
 import { Viewing } from "/static/trace/viewing.js";
 
 const COUNT_MS = 100;
@@ -64,40 +65,8 @@ function placeOf(index) {
 }
 
 function fill(row, index) {
-  const place = placeOf(index);
-  if (!rows.has(place)) {
-    row.className = row.look = "trace-row coming";
-    for (const cell of row.children) put(cell, "");
-    return;
-  }
-  const event = !rows.frame(place);
-  const colour = rows.colour(place);
-  const marked = marks.has(rows.number(place));
-  const look = `trace-row${event ? ` event kind-${rows.kind(place)}` : ""}${colour ? ` tint-${colour}` : ""}`
-    + `${marked ? " marked" : ""}${rows.flags(place) & 1 ? " late" : ""}`;
-  const extra = byFrame() ? rows.extra(place) : null;
-  const age = state.paused ? 0 : (performance.now() - viewing.at) / 1000;
-  const whole = extra && isSilent(extra, age) ? `${look} silent` : look;
-  if (row.look !== whole) row.className = row.look = whole;
-  state.columns.forEach((key, at) => {
-    const cell = row.children[at];
-    if (extra && key === "data" && !event) markBytes(cell, texts.data(place), extra.changed, age);
-    else if (extra && key === "signals") markSignals(cell, `${rows.line(place)} ${rows.idText(place)}`, viewing.head.signals[place - rows.first]);
-    else {
-      const text = key in texts ? texts[key](place) : frameText(key, extra, age);
-      if (put(cell, text) && key === "data") cell.title = event ? text : ""; // words may be longer than their column
-    }
-  });
-}
-
-/** Another text of a cell; false where it is the same. */
-function put(cell, text) {
-  if (!cell.marked && cell.text === text) return false;
-  if (cell.marked || cell.firstChild === null) cell.textContent = text;
-  else cell.firstChild.data = text; // costs less than another node
-  cell.marked = "";
-  cell.text = text;
-  return true;
+  const shown = { texts, marks, columns: state.columns, signals: viewing.head?.signals, byFrame: byFrame() };
+  fillRow(row, rows, placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
 function draw() {
@@ -141,8 +110,7 @@ function setMode(mode) {
   element("mode-time").setAttribute("aria-pressed", String(mode === "time"));
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
-  element("body").scrollTop = 0;
-  list.setFollow(mode === "time" && !state.paused);
+  list.begin(mode === "time" && !state.paused);
   rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
   viewing.send();
@@ -309,8 +277,7 @@ sources(viewing.look, (source) => {
   showPaused(false);
   sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
   lines.forget(source);
-  list.setFollow(!byFrame() && !source);
-  element("body").scrollTop = 0;
+  list.begin(!byFrame() && !source);
 });
 replays(() => viewing.look, () => lines.channels);
 element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
