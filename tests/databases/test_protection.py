@@ -89,6 +89,37 @@ def test_what_is_wrong_is_told(database: Database) -> None:
     assert check.faults == 4
 
 
+def test_messages_in_containers_are_protected(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Each by its own profile, beside one without; cantools finds the checksums right."""
+    inside = [guarded("Two", 0, 2), guarded("Five", 0, 5), Message(0, "None", 2, [Signal("Value", 0, 16)])]
+    for number, message in enumerate(inside, 1):
+        message._header_id = number
+    box = Message(0x300, "Box", 48, [], contained_messages=inside, is_fd=True, senders=["Engine"])
+    monkeypatch.setattr(can_file, "_loaded", lambda *_: TheirDatabase([box], nodes=[Node("Engine", None)]))
+    (tmp_path / "car.arxml").touch()
+    database = load_database(tmp_path / "car.arxml")
+    parts = {"None": {"Value": 9}, "Five": {"Speed": 7}, "Two": {"Speed": 8}}
+    plain = database.encode_container("Box", parts, fill=0)
+    frames = [database.protect(plain, count) for count in (0, 1, 1, 2)]
+    found = database.decode(frames[1])
+    assert found is not None
+    assert [(one.name, dict(one.numbers)) for one in found.contained] == list(parts.items())
+    five, two = (box.unpack_container(frames[1].data)[number][1] for number in (1, 2))
+    assert end_to_end.check_profile5_crc(bytes(five), inside[1])
+    assert end_to_end.check_profile2_crc(bytes(two), inside[0])
+    check = database.check()
+    assert [check.fault_of(frame) for frame in frames] == [
+        "",
+        "",
+        "Five: counter 1 again, Two: counter 1 again",
+        "",
+    ]
+    wrong = frames[3].data[:15] + b"\x55" + frames[3].data[16:]
+    told, _ = database.protection_of(Frame(0x300, wrong, fd=True))
+    assert told == "Five: wrong checksum (E2E profile 5)"
+    assert database.protection_of(frames[0]) == ("", None)
+
+
 def test_a_port_counts_what_it_sends(database: Database) -> None:
     with Lab() as lab:
         bus = lab.can_bus("can0", bit_rate=500_000)

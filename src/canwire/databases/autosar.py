@@ -25,6 +25,14 @@ class Profile(NamedTuple):
     last: int
 
 
+class Guard(NamedTuple):
+    """Of one message: what is wrong with its checksum, "" for nothing; its counter and how many values that has."""
+
+    name: str
+    fault: str
+    counter: tuple[int, int] | None
+
+
 _PROFILES = {_IDS_OF_2: Profile(2, 1, 15), _IDS_OF_5: Profile(5, 2, 255)}
 
 
@@ -36,8 +44,47 @@ def profile_of(message: Any) -> Profile | None:
     return _PROFILES.get(len(e2e.data_ids))
 
 
-def protected(message: Any, profile: Profile, data: bytes, count: int) -> bytes:
-    """The data with this counter and its checksum; raises BadDescription where they do not fit in."""
+def protected(message: Any, data: bytes, count: int) -> bytes:
+    """The data with this counter and its checksum, in a container those of each message that has such.
+
+    Raises BadDescription where they do not fit in.
+    """
+    made = bytearray(data)
+    for held, profile, at, part in _guarded(message, data):
+        made[at : at + len(part)] = _counted(held, profile, part, count)
+    return bytes(made)
+
+
+def guards_in(message: Any, data: bytes) -> list[Guard]:
+    """What the checksums say: the message's own, or those of the messages in a container."""
+    return [
+        Guard(
+            held.name,
+            _fault_of(held, profile, part),
+            (part[profile.place] & profile.last, profile.last + 1) if len(part) > profile.place else None,
+        )
+        for held, profile, _, part in _guarded(message, data)
+    ]
+
+
+def _guarded(message: Any, data: bytes) -> Iterator[tuple[Any, Profile, int, bytes]]:
+    """Messages with a profile, where their data begin, and these; none in a container that is cut."""
+    parts: list[tuple[Any, bytes]] = [(message, data)]
+    head = 4 if message.is_container else 0
+    if message.is_container:
+        try:
+            parts = message.unpack_container(data)
+        except import_module("cantools").database.DecodeError:
+            return
+    at = 0
+    for held, part in parts:
+        at += head
+        if not isinstance(held, int) and (profile := profile_of(held)) is not None:
+            yield held, profile, at, bytes(part)
+        at += len(part)
+
+
+def _counted(message: Any, profile: Profile, data: bytes, count: int) -> bytes:
     if len(data) <= profile.place:
         raise BadDescription(
             f"{message.name}: {len(data)} bytes have no room for E2E profile {profile.number}"
@@ -49,17 +96,11 @@ def protected(message: Any, profile: Profile, data: bytes, count: int) -> bytes:
     return bytes(counted if found is None else found)
 
 
-def fault_of(message: Any, profile: Profile, data: bytes) -> str:
-    """Why the checksum is not what it should be; "" where it is."""
+def _fault_of(message: Any, profile: Profile, data: bytes) -> str:
     right = getattr(_end_to_end(), f"check_profile{profile.number}_crc")(data, message)
     if right is None:
         return f"too short for E2E profile {profile.number}"
     return "" if right else f"wrong checksum (E2E profile {profile.number})"
-
-
-def counter_in(profile: Profile, data: bytes) -> int:
-    """The counter in data that are long enough."""
-    return data[profile.place] & profile.last
 
 
 def contents_of(message: Any, data: bytes) -> Iterator[tuple[Any, bytes]]:

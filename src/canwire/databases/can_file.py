@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from canwire.databases.autosar import contents_of, counter_in, fault_of, profile_of, protected
+from canwire.databases.autosar import Guard, contents_of, guards_in, profile_of, protected
 from canwire.databases.description import MessageDescription, Number, SignalDescription, Value
 from canwire.databases.one_by_one import read_one_by_one
 from canwire.errors import BadDescription, BadValue, ExtraMissing
@@ -47,9 +47,6 @@ class CanFile:
             if not message.is_container and not (_follows(message) and (strict or _is_tidy(message)))
         }
         self._readings = {name: _readings(message) for name, message in self._by_name.items()}
-        self._profiles = {
-            name: profile for name, message in self._by_name.items() if (profile := profile_of(message))
-        }
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
         """The data of a message with these values, which fit and are all that it needs."""
@@ -96,21 +93,12 @@ class CanFile:
         return data
 
     def protect(self, name: str, data: bytes, count: int) -> bytes:
-        """The data with counter and checksum, where the message has such; else as they are."""
-        profile = self._profiles.get(name)
-        return data if profile is None else protected(self._by_name[name], profile, data, count)
+        """The data with counter and checksum, where the message has such, or messages in it; else as they are."""
+        return protected(self._by_name[name], data, count)
 
-    def fault_of(self, name: str, data: bytes) -> str:
-        """What is wrong with the checksum; "" where it is right, or there is none."""
-        profile = self._profiles.get(name)
-        return "" if profile is None else fault_of(self._by_name[name], profile, data)
-
-    def counter_of(self, name: str, data: bytes) -> tuple[int, int] | None:
-        """The protection's counter and how many values it has; None without, or in data that are too short."""
-        profile = self._profiles.get(name)
-        if profile is None or len(data) <= profile.place:
-            return None
-        return counter_in(profile, data), profile.last + 1
+    def guards_in(self, name: str, data: bytes) -> list[Guard]:
+        """What checksums and counters of the message, or of those in it, are."""
+        return guards_in(self._by_name[name], data)
 
     def _described(self, name: str) -> MessageDescription:
         return next(message for message in self.messages if message.name == name)

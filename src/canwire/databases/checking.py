@@ -36,7 +36,7 @@ class MessageCheck:
     def fault_of(self, frame: Frame | LinFrame) -> str:
         """Why this frame is not what should have come next, "" if it is; frames that the file does not know are."""
         found = self._codec.decode(frame) if isinstance(frame, Frame) else None
-        if found is None or not isinstance(frame, Frame) or found.problem:
+        if found is None or not isinstance(frame, Frame) or (found.problem and not found.contained):
             return ""
         why = self._by_profile(found, frame) or self._by_plugins(found, frame)
         self.faults += bool(why)
@@ -46,12 +46,19 @@ class MessageCheck:
         return f"<check of {self._codec.path}: {self.faults} faults>"
 
     def _by_profile(self, message: DecodedMessage, frame: Frame) -> str:
-        why, told = self._codec.protection_of(frame)
-        if why or told is None:
-            return why
+        faults = []
+        for name, fault, told in self._codec.protections_of(frame):
+            inside = name != message.name
+            if why := fault or self._by_counter(f"{message.name}/{name}" if inside else name, told):
+                faults.append(f"{name}: {why}" if inside else why)
+        return ", ".join(faults)
+
+    def _by_counter(self, stream: str, told: tuple[int, int] | None) -> str:
+        if told is None:
+            return ""
         counter, values = told
-        before = self._profiles.get(message.name)
-        self._profiles[message.name] = counter
+        before = self._profiles.get(stream)
+        self._profiles[stream] = counter
         if before is None or counter == (before + 1) % values:
             return ""
         return _jumped(counter, (before + 1) % values, before)

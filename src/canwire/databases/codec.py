@@ -47,5 +47,5 @@ class Codec(Protocol):
     def protect(self, frame: Frame, count: int) -> Frame:
         """With the counter and checksum that the file has for it."""
 
-    def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
-        """What is wrong with its checksum, and its counter."""
+    def protections_of(self, frame: Frame) -> list[tuple[str, str, tuple[int, int] | None]]:
+        """What is wrong with checksums in it, and their counters."""

@@ -107,7 +107,8 @@ class Database:
         return frame_of(container, container.id, self._file.pack_container(name, parts))
 
     def protect(self, frame: Frame, count: int) -> Frame:
-        """The frame with the counter and the checksum that the file has for its message (E2E profiles 2 and 5).
+        """The frame with the counter and the checksum that the file has for its message (E2E profiles 2 and 5), or for
+        the messages in a container.
 
         `count` tells how many of them were sent before. Frames of all other messages are returned as they are. Raises
         BadDescription where the data have no room for them.
@@ -115,7 +116,8 @@ class Database:
         instance("frame", frame, Frame)
         number = whole("count", count, 0, 1 << 62)
         message = None if frame.remote else self.message_of(frame)
-        if message is None or not message.protection or not isinstance(self._file, CanFile):
+        guarded = message is not None and any(one.protection for one in (message, *message.contained))
+        if message is None or not guarded or not isinstance(self._file, CanFile):
             return frame
         return Frame(
             frame.id,
@@ -127,15 +129,24 @@ class Database:
             timestamp_ns=frame.timestamp_ns,
         )
 
-    def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
-        """What is wrong with the frame's checksum, "" where it is right or there is none; its counter, and how many
-        values that has, None without."""
+    def protections_of(self, frame: Frame) -> list[tuple[str, str, tuple[int, int] | None]]:
+        """The message's name, what is wrong with its checksum, "" for nothing, its counter and of how many values.
+
+        So for each message in a container; nothing for messages without protection. A counter that is cut off is None.
+        """
         instance("frame", frame, Frame)
         message = None if frame.remote else self.message_of(frame)
         if message is None or not isinstance(self._file, CanFile):
-            return "", None
-        name = message.name
-        return self._file.fault_of(name, frame.data), self._file.counter_of(name, frame.data)
+            return []
+        return list(self._file.guards_in(message.name, frame.data))
+
+    def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
+        """What is wrong with the frame's checksum, "" where it is right or there is none; its counter, and how many
+        values that has, None without. Of a container: what is wrong with any message in it."""
+        guards = self.protections_of(frame)
+        if len(guards) == 1 and self.message_of(frame) is self.messages.get(guards[0][0]):
+            return guards[0][1:]
+        return ", ".join(f"{name}: {fault}" for name, fault, _ in guards if fault), None
 
     def signals_in(self, name: str, signals: Mapping[str, Value]) -> list[str]:
         """The names of the signals that are in the message's frame with these multiplexer values. Raises BadValue."""

@@ -74,14 +74,15 @@ class UdsEcu:
         self.base = base
         self.resets = 0
         self._key = key
-        modes, ids = isotp.AddressingMode, {"txid": response, "rxid": request}
-        if extended is None:
-            self._address = isotp.Address(modes.Normal_11bits, **ids)
-        else:
-            mine, testers = extended
-            self._address = isotp.Address(
-                modes.Extended_11bits, **ids, source_address=mine, target_address=testers
-            )
+        mine, testers = extended or (None, None)
+        modes = isotp.AddressingMode
+        self._address = isotp.Address(
+            modes.Normal_11bits if extended is None else modes.Extended_11bits,
+            txid=response,
+            rxid=request,
+            source_address=mine,
+            target_address=testers,
+        )
         self._silence: Timer | None = None
         self._wrong_keys = 0
         self._locked_until_ns = 0

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from canwire import BitTiming, ErrorKind, ErrorState, EventKind, Frame, Hub, LineMode
+from canwire import BitTiming, ChannelMode, ErrorKind, ErrorState, EventKind, Frame, Hub, LineMode, Siblings
 from canwire.drivers.python_can.gs_usb import bus as gs_usb_bus
 from canwire.drivers.python_can.gs_usb import devices
 from tests.drivers.outside_bench import (
@@ -76,6 +76,25 @@ def test_what_it_sent_itself_is_no_received_frame(hub: Hub, there: list[Any]) ->
     status = program.status()
     assert (status.frames_sent, status.frames_received) == (1, 1)
     assert len(there[0].written[0]) == 20
+
+
+@pytest.mark.realtime
+def test_two_programs_share_it(hub: Hub, there: list[Any]) -> None:
+    """What one sends the other hears once, as from the bus, and both hear what comes from there."""
+    program = plugged(hub).start()
+    other = program.hub.open_channel(program.board.id, 0)
+    other.set_up(ChannelMode(64, 64, siblings=Siblings.OTHERS))
+    other.activate()
+    program.send(Frame(0x123, b"ab"))
+    there[0].say(0x456, b"cd")
+    heard = [other.receive(LONG_S), other.receive(LONG_S)]
+    found = program.wait(lambda one: isinstance(one, Frame) and one.id == 0x456)
+    other.close()
+
+    assert sorted(heard, key=lambda one: one.id) == [Frame(0x123, b"ab"), Frame(0x456, b"cd")]
+    assert not found[-1].self_received
+    assert program.status().frames_received == 1
+    assert len(there[0].written) == 1
 
 
 @pytest.mark.realtime

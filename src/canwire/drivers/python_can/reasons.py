@@ -5,8 +5,10 @@ Source: python-can 4.6's interfaces, by what each raises without its package, dr
 
 from __future__ import annotations
 
+import errno
 import importlib
 import logging
+import re
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -81,6 +83,10 @@ def _cause(port: Port, error: Exception) -> str:
     if isinstance(error, NameError) or any(word in said.lower() for word in _NO_DRIVER):
         driver = needs.driver or "its maker has it"
         return f"the driver that python-can's {port.interface} needs is not installed: {driver}"
+    if isinstance(error, TypeError) and (missing := re.findall(r"'(\w+)'", said.partition("missing")[2])):
+        return f"give it its arguments: {name}?{'&'.join(f'{one}=...' for one in missing)}"
+    if isinstance(error, OSError) and error.errno == errno.EAFNOSUPPORT:
+        return "this machine's kernel has no CAN sockets: load its module (modprobe can_raw)"
     if is_denied(error):
         return denied(name, usb=port.interface not in _SERIAL)
     if is_busy(error):

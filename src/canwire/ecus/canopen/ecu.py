@@ -6,6 +6,7 @@ Source: CiA 301 4.2.0, 7.3.2 (states), 7.5.2 (the objects of the communication p
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,13 @@ from canopen import LocalNode, Network, ObjectDictionary, SdoAbortedError
 
 from canwire import LabNode
 from canwire.ecus.bench import LabCondition
+from canwire.ecus.canopen.lss import ANSWERS, REQUESTS, LssSlave
 from canwire.ecus.canopen.network import LabCanopen
 from canwire.ecus.canopen.pdos import Pdos
 from canwire.ecus.canopen.services import RESET_NODE, Emergencies, Nmt, Sdo, number_at
 
 _SYNC, _EMERGENCY, _ERRORS = 0x1005, 0x1014, 0x1003
+_IDENTITY = 0x1018
 _COMMUNICATION = range(0x1000, 0x2000)  # what resetting the communication takes back
 _USUAL_SYNC = 0x80
 _NO_VALUE = 0x06090030  # an SDO abort code: not in the range of the object's values
@@ -32,11 +35,13 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
     SYNC), RPDOs and emergencies are as the dictionary says; resets take its values back to the dictionary's.
 
     Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
-    follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. Not there: inhibit times,
-    transmission on remote frames (types 252, 253), LSS.
+    follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. `lss` answers
+    LSS requests; a new node-ID holds from the next reset on. Not there: inhibit times, transmission on remote frames
+    (types 252, 253).
     """
 
     EDS = str(Path(__file__).with_name("small.eds"))
+    id: int
 
     def __init__(self, id: int = 1, dictionary: ObjectDictionary | str | Path | None = None) -> None:
         if dictionary is None or isinstance(dictionary, Path):
@@ -47,6 +52,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         self.emcy = Emergencies(self)
         self._write_callbacks[:] = [self.nmt.on_write]  # in the place of LocalNode's
         self.pdos = Pdos(self)
+        self.lss = LssSlave(self._numbers, self.id)
         self.resets = 0
         self._sync = 0
         # the network's thread and its owner's meet here
@@ -62,6 +68,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
     def associate_network(self, network: Network) -> None:
         """Boot; `network.create_node` calls it. Raises canopen's RuntimeError where it is not connected."""
         super().associate_network(network)
+        network.subscribe(REQUESTS, self._on_lss)
         try:
             self._boot()
         except BaseException:
@@ -76,6 +83,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             self.nmt.stop_heartbeat()
             self.pdos.end()
             self._listen_for_sync(0)
+            self.network.unsubscribe(REQUESTS, self._on_lss)
             super().remove_network()
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
@@ -107,7 +115,40 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             for index in list(self.data_store):
                 if code == RESET_NODE or index in _COMMUNICATION:
                     del self.data_store[index]
+            if code == RESET_NODE:
+                self.lss.pending = self.lss.stored
+            self._become(self.lss.pending)
             self._boot()
+
+    def _become(self, id: int) -> None:
+        """Have this node-ID, with the identifiers that follow from it."""
+        if id == self.id:
+            return
+        network, before = self.network, self.id
+        network.unsubscribe(self.sdo.rx_cobid, self.sdo.on_request)
+        self.id = self.lss.id = self.nmt.id = id
+        self.sdo.rx_cobid, self.sdo.tx_cobid = 0x600 + id, 0x580 + id
+        network.subscribe(self.sdo.rx_cobid, self.sdo.on_request)
+        for var in _variables(self.object_dictionary):
+            if var.relative and var.default is not None:
+                var.default += id - before
+        if network.nodes.get(before) is self:
+            network.nodes[id] = network.nodes.pop(before)
+
+    def _numbers(self) -> list[int]:
+        """Vendor, product, revision and serial number."""
+        found = (self.get_data(_IDENTITY, place) if self._has(place) else b"" for place in range(1, 5))
+        return [int.from_bytes(one, "little") for one in found]
+
+    def _has(self, place: int) -> bool:
+        return _IDENTITY in self.object_dictionary and place in self.object_dictionary[_IDENTITY]
+
+    def _on_lss(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        if len(data) == 8:
+            with self._changing:
+                answer = self.lss.answer(bytes(data))
+                if answer is not None:
+                    self.network.send_message(ANSWERS, answer)
 
     def _boot(self) -> None:
         self.sdo.forget()
@@ -134,3 +175,9 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
     def _on_sync(self, can_id: int, data: bytearray, timestamp: float) -> None:
         with self._changing:
             self.pdos.on_sync()
+
+
+def _variables(dictionary: ObjectDictionary) -> Iterator[Any]:
+    """Those of records and arrays, too."""
+    for entry in dictionary.values():
+        yield from entry.values() if hasattr(entry, "subindices") else (entry,)

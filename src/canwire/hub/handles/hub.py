@@ -14,6 +14,7 @@ from canwire.hub.handles.lease import Lease
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import FIFO
+from canwire.values.checks import instance
 from canwire.values.register import RegisterValue
 
 if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want all
@@ -103,6 +104,7 @@ class Hub(Client):
 
     def obstacle(self, board: BoardInfo, line: int) -> str:
         """What keeps a real adapter's CAN line off its bus; "" where nothing does. Simulated boards are not asked."""
+        instance("board", board, BoardInfo)
         return self.line_status(board.id, line).obstacle if "Port" in dict(board.resources) else ""
 
     def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
