@@ -1,11 +1,13 @@
 """One time for many programs: steps a second, beside bare pipes that hand a word round in the same way.
 
-    python benchmarks/lockstep.py [--programs 2 20] [--network]
+    python benchmarks/lockstep.py [--programs 2 20] [--network] [--silkit PYTHON]
 
 A step is 1 ms of the hub's time, in which every program has one turn: each sleeps so long, again and again. The bare
 pipes do as many handovers and nothing else: one process writes a byte to each of the others in turn, and waits for its
-answer. Both run in the same run, one after the other; best of `--repeat`. With `--network` the programs reach the hub
-over it, and beside them stands Zenoh's bare query and answer between two processes, one for each turn.
+answer. Both run in the same run, one after the other; best of `--repeat`, with the processor time that all their
+processes took for a turn. With `--network` the programs reach the hub
+over it, and beside them stands Zenoh's bare query and answer between two processes, one for each turn. With `--silkit`
+participants of SIL Kit have as many steps, in an interpreter that has silkit-py (benchmarks/silkit.py).
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from silkit import steps_a_second
 
 import canwire
 
 _PROGRAM = """
-import sys, canwire
+import sys, time, canwire
 
 def connected():
     for _ in range(20):  # where many start at once, the hub may not answer within its two seconds
@@ -37,8 +41,10 @@ def connected():
     raise SystemExit("the hub does not answer")
 
 with connected() as hub:
+    began_s = time.process_time()
     for _ in range(int(sys.argv[1])):
         hub.sleep(0.001)
+    print(time.process_time() - began_s)
 """
 
 
@@ -53,6 +59,13 @@ with zenoh.open(config) as session:
     print("ready", flush=True)
     sys.stdin.read()
 """
+
+
+class Pace(NamedTuple):
+    """Steps a second, and microseconds of the processor for each turn."""
+
+    rate: float
+    turn_us: float
 
 
 @contextlib.contextmanager
@@ -77,8 +90,8 @@ def free_port() -> int:
         return int(listener.getsockname()[1])
 
 
-def queries(programs: int, steps: int) -> float:
-    """Rounds a second of one Zenoh query and its answer for each program, one after the other."""
+def queries(programs: int, steps: int) -> Pace:
+    """One Zenoh query and its answer for each program, one after the other."""
     import zenoh
 
     place = f"tcp/127.0.0.1:{free_port()}"
@@ -98,20 +111,26 @@ def queries(programs: int, steps: int) -> float:
         gate.release()
 
     with zenoh.open(zenoh.Config.from_json5(dials)) as session:
-        begin_s = time.perf_counter()
+        begin_s, before_s = time.perf_counter(), time.process_time()
         for _ in range(steps * programs):
             handler = zenoh.handlers.Callback(answered, indirect=False)
             session.get("bare", handler, payload=b"turn", express=True)
             gate.acquire()
-        taken_s = time.perf_counter() - begin_s
+        taken_s, spent_s = time.perf_counter() - begin_s, time.process_time() - before_s + used_s(other.pid)
     other.stdin.close()
     other.wait(30)
     other.stdout.close()
-    return steps / taken_s
+    return Pace(steps / taken_s, spent_s / steps / programs * 1e6)
 
 
-def lockstep(programs: int, steps: int, *, network: bool = False) -> float:
-    """Steps a second, from the first turn to the last program's end; a hub in a process of its own."""
+def used_s(process: int) -> float:
+    """Of the processor, by all of its threads so far."""
+    tasks = Path(f"/proc/{process}/task")
+    return sum(int(path.read_text().split()[0]) for path in tasks.glob("*/schedstat")) / 1e9
+
+
+def lockstep(programs: int, steps: int, *, network: bool = False) -> Pace:
+    """From the first turn to the last program's end; a hub in a process of its own."""
     with tempfile.TemporaryDirectory() as home:
         address = str(Path(home) / "hub.sock")
         serve = [sys.executable, "-m", "canwire", "serve", "--time", "lockstep", "--socket", address]
@@ -119,7 +138,7 @@ def lockstep(programs: int, steps: int, *, network: bool = False) -> float:
                                stderr=subprocess.DEVNULL)  # fmt: skip
         assert hub.stdout is not None
         hub.stdout.readline()
-        others: list[subprocess.Popen[bytes]] = []
+        others: list[subprocess.Popen[str]] = []
         with contextlib.ExitStack() as stack:
             stack.callback(_ended, hub, others)
             reached = stack.enter_context(offered(address)) if network else address
@@ -127,19 +146,20 @@ def lockstep(programs: int, steps: int, *, network: bool = False) -> float:
                 subprocess.Popen(
                     [sys.executable, "-c", _PROGRAM, str(steps)],
                     env={**os.environ, "CANWIRE_HUB": reached, "CANWIRE_NAME": f"program {number}"},
+                    stdout=subprocess.PIPE,
+                    text=True,
                 )
                 for number in range(programs)
             ]
             with canwire.connect(address, timed=True, name="a clock") as clock:
-                begin_s = time.perf_counter()
+                begin_s, before_s = time.perf_counter(), used_s(hub.pid)
                 clock.sleep(steps / 1000)
-                taken_s = time.perf_counter() - begin_s
-            for one in others:
-                assert one.wait(60) == 0
-    return steps / taken_s
+                taken_s, spent_s = time.perf_counter() - begin_s, used_s(hub.pid) - before_s
+            spent_s += sum(float(one.communicate(timeout=60)[0]) for one in others)
+    return Pace(steps / taken_s, spent_s / steps / programs * 1e6)
 
 
-def _ended(hub: subprocess.Popen[str], others: list[subprocess.Popen[bytes]]) -> None:
+def _ended(hub: subprocess.Popen[str], others: list[subprocess.Popen[str]]) -> None:
     for one in others:
         one.kill()
         one.wait(30)
@@ -149,8 +169,8 @@ def _ended(hub: subprocess.Popen[str], others: list[subprocess.Popen[bytes]]) ->
     hub.stdout.close()
 
 
-def pipes(programs: int, steps: int) -> float:
-    """Rounds a second of a byte that goes to each process and back, by pipes alone."""
+def pipes(programs: int, steps: int) -> Pace:
+    """A byte goes to each process and back, by pipes alone."""
     there, back = [os.pipe() for _ in range(programs)], [os.pipe() for _ in range(programs)]
     children = []
     for number in range(programs):
@@ -161,7 +181,7 @@ def pipes(programs: int, steps: int) -> float:
                 os.write(back[number][1], b".")
             os._exit(0)
         children.append(child)
-    begin_s = time.perf_counter()
+    begin_s, before_s = time.perf_counter(), sum(os.times()[:4])
     for _ in range(steps):
         for number in range(programs):
             os.write(there[number][1], b".")
@@ -169,10 +189,11 @@ def pipes(programs: int, steps: int) -> float:
     taken_s = time.perf_counter() - begin_s
     for child in children:
         os.waitpid(child, 0)
+    spent_s = sum(os.times()[:4]) - before_s  # of the children, too, which have ended
     for reading, writing in there + back:
         os.close(reading)
         os.close(writing)
-    return steps / taken_s
+    return Pace(steps / taken_s, spent_s / steps / programs * 1e6)
 
 
 def main() -> None:
@@ -184,18 +205,27 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=20_000, help="turns of all programs together, each time")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--network", action="store_true", help="beside Zenoh's bare queries, not pipes")
+    parser.add_argument("--silkit", metavar="PYTHON", help="an interpreter that has silkit-py")
     arguments = parser.parse_args()
     assert threading.active_count() == 1, "pipes() forks"
     for programs in arguments.programs:
         steps = max(1, arguments.steps // programs)
         beside = queries if arguments.network else pipes
-        bare = max(beside(programs, steps) for _ in range(arguments.repeat))
-        ours = max(lockstep(programs, steps, network=arguments.network) for _ in range(arguments.repeat))
+        bare = best([beside(programs, steps) for _ in range(arguments.repeat)])
+        ours = best([lockstep(programs, steps, network=arguments.network) for _ in range(arguments.repeat)])
         print(
-            f"{programs:3} processes: {ours:8,.0f} steps/s ({ours * programs:8,.0f} turns/s); "
-            f"bare {beside.__name__} {bare:8,.0f} ({bare * programs:8,.0f}); load {os.getloadavg()[0]:.1f}",
+            f"{programs:3} processes: {ours.rate:8,.0f} steps/s, {ours.turn_us:5.1f} us a turn; "
+            f"bare {beside.__name__} {bare.rate:8,.0f}, {bare.turn_us:5.1f} us; load {os.getloadavg()[0]:.1f}",
             flush=True,
         )
+        if arguments.silkit:
+            rate = max(steps_a_second(arguments.silkit, programs, steps) for _ in range(arguments.repeat))
+            print(f"{'':13}  {rate:8,.0f} steps/s with SIL Kit", flush=True)
+
+
+def best(found: list[Pace]) -> Pace:
+    """Of each figure."""
+    return Pace(max(one.rate for one in found), min(one.turn_us for one in found))
 
 
 if __name__ == "__main__":

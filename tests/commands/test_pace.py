@@ -64,7 +64,7 @@ def test_a_pace_is_a_number_within_bounds(factor: float) -> None:
 
 
 def test_other_hubs_have_no_pace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with canwire.connect(time="virtual") as hub, pytest.raises(WrongState, match="time lockstep"):
+    with canwire.connect(time="fast") as hub, pytest.raises(WrongState, match="with the clock"):
         hub.set_pace(1)
     with serving(tmp_path) as served:
         assert main(["pace", "1", "--hub", served.address]) == 2

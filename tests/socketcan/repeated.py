@@ -16,6 +16,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from tests.hubs import LONG_S
 from tests.socketcan.test_timed import of_can_utils, of_every_way, played
 from tests.stress import busy
 
@@ -44,13 +45,18 @@ def main() -> int:
     parser.add_argument(
         "--loops", type=int, default=os.cpu_count(), help="busy loops (as many as there are cores)"
     )
+    parser.add_argument("casts", nargs="*", metavar="CAST", help="words of the casts' names (all of them)")
     asked = parser.parse_args()
     worst = 1
     with tempfile.TemporaryDirectory() as folder, busy(asked.loops):
         for name, cast in casts(Path(folder)).items():
+            if asked.casts and not any(word in name for word in asked.casts):
+                continue
             began_s, outcomes = time.monotonic(), []
             for number in range(asked.times):
-                outcome = played(Path(folder) / f"{name} {number}", cast, "11 22 33 44 55 66 77 88 99 AA\n")
+                outcome = played(
+                    Path(folder) / f"{name} {number}", cast, "11 22 33 44 55 66 77 88 99 AA\n", 10 * LONG_S
+                )
                 if outcome not in outcomes:
                     outcomes.append(outcome)
             worst = max(worst, len(outcomes))

@@ -52,7 +52,9 @@ def forks(tmp_path_factory: pytest.TempPathFactory) -> str:
     return compiled("forks", tmp_path_factory)
 
 
-def played(home: Path, cast: dict[str, Sequence[str]], stdin: str = "") -> dict[str, Ended]:
+def played(
+    home: Path, cast: dict[str, Sequence[str]], stdin: str = "", longest_s: float = LONG_S
+) -> dict[str, Ended]:
     """What each of these programs printed, on a hub of their own that has begun once all of them were there."""
     home.mkdir()
     hub = {"CANWIRE_HUB": str(home / "hub.sock"), "CANWIRE_TIMED": "1"}
@@ -68,7 +70,7 @@ def played(home: Path, cast: dict[str, Sequence[str]], stdin: str = "") -> dict[
             name: _started(["run", "--", *program], {**hub, "CANWIRE_NAME": name}, home / "stdin")
             for name, program in cast.items()
         }
-        return {name: _ended(one) for name, one in programs.items()}
+        return {name: _ended(one, longest_s) for name, one in programs.items()}
 
 
 def _started(words: list[str], more: dict[str, str], stdin: Path = Path(os.devnull)) -> subprocess.Popen[str]:
@@ -83,8 +85,8 @@ def _started(words: list[str], more: dict[str, str], stdin: Path = Path(os.devnu
         )
 
 
-def _ended(program: subprocess.Popen[str]) -> Ended:
-    output, errors = program.communicate(timeout=LONG_S)
+def _ended(program: subprocess.Popen[str], longest_s: float = LONG_S) -> Ended:
+    output, errors = program.communicate(timeout=longest_s)
     return Ended(program.returncode, output, errors)
 
 

@@ -18,7 +18,8 @@ int impossible_time(const struct timespec *time)
     return time->tv_nsec < 0 || time->tv_nsec >= SECOND;
 }
 
-/* One look after the other, each in a turn of this thread's; 0, ETIMEDOUT, or what the look has found but EBUSY. */
+/* One look after the other, each in a turn of this thread's; 0, ETIMEDOUT, what the look has found but EBUSY, or ENETDOWN
+ * where whoever keeps the time is gone. */
 static int look_in_time(int (*look)(void *), void *lock, int64_t until_ns)
 {
     struct wait wait = {.until_ns = until_ns, .restarts = 1};
@@ -114,16 +115,16 @@ static int is_own(const pthread_rwlock_t *lock)
 
 EXPORT int pthread_rwlock_rdlock(pthread_rwlock_t *lock)
 {
-    if (!timed() || !keeps_time() || is_own(lock))
-        return REAL(pthread_rwlock_rdlock)(lock);
-    return look_in_time(look_to_read, lock, NEVER);
+    int error = timed() && keeps_time() && !is_own(lock) ? look_in_time(look_to_read, lock, NEVER) : ENETDOWN;
+
+    return error == ENETDOWN ? REAL(pthread_rwlock_rdlock)(lock) : error;
 }
 
 EXPORT int pthread_rwlock_wrlock(pthread_rwlock_t *lock)
 {
-    if (!timed() || !keeps_time() || is_own(lock))
-        return REAL(pthread_rwlock_wrlock)(lock);
-    return look_in_time(look_to_write, lock, NEVER);
+    int error = timed() && keeps_time() && !is_own(lock) ? look_in_time(look_to_write, lock, NEVER) : ENETDOWN;
+
+    return error == ENETDOWN ? REAL(pthread_rwlock_wrlock)(lock) : error;
 }
 
 EXPORT int pthread_rwlock_timedrdlock(pthread_rwlock_t *restrict lock, const struct timespec *restrict time)
