@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from canwire.errors import CanwireError
 from canwire.timeline import NEVER, Timeline
@@ -139,8 +139,9 @@ class Pacer:
         return self._clock_ns() - self._timeline.next_ns()
 
     def _ring(self) -> None:
-        while self._bells:
-            self._bells.pop().release()
+        with suppress(KeyError):  # of an empty set: who has waited long enough takes its own bell away meanwhile
+            while True:
+                self._bells.pop().release()
 
     def _run(self) -> None:
         from canwire.platform import (
