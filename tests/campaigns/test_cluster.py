@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
@@ -21,7 +23,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
     """Its scheduler blames at a worker's first death, and all that this worker had."""
-    with warnings.catch_warnings():
+    # Dask sets PYTHONHASHSEED while it starts a worker, also one that is started again as all ends
+    with mock.patch.dict(os.environ), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with distributed.LocalCluster(
             n_workers=2,
