@@ -1441,3 +1441,13 @@ class TestHostilePeer:
         assert ring.free() == 8
         intruder[:HEADER_SIZE] = bytes(HEADER_SIZE)
         assert (ring.capacity, ring.free()) == (8, 8)
+
+
+@pytest.mark.finding("faults-2 11")
+@pytest.mark.skipif(canwire.core_mode() == "uncompiled", reason="an AttributeError there")
+def test_a_ring_that_was_never_initialised_is_full_and_empty() -> None:
+    ring = Ring.__new__(Ring)
+    assert repr(ring) == "<ring, 0 of 0 records of 0 bytes>"
+    assert (ring.fill(), ring.free(), ring.written, ring.take_bytes()) == (0, 0, 0, None)
+    with pytest.raises(TypeError):
+        ring.put_bytes(b"")

@@ -59,6 +59,9 @@ LARGEST_CAPACITY = _LARGEST_CAPACITY
 RECHECK_S = 0.01 if __file__.endswith(".py") else None
 
 
+_NOWHERE = memoryview(bytearray(HEADER_SIZE + RECORD_SIZE))
+
+
 class Signalled(Protocol):
     """What wakes the other end: platform.py's EventDescriptor, or what stands in for it."""
 
@@ -83,6 +86,10 @@ class Ring:
     """
 
     __signature__ = SignatureOf(_prototype)
+
+    def __cinit__(self, *_: object, **__: object) -> None:
+        """Compiled: what was never initialised is a full and empty ring, not a way out of the interpreter."""
+        self._words = _mem.words_of(_NOWHERE)
 
     def __init__(
         self,

@@ -81,7 +81,7 @@ def _data(text: str, tail: str) -> bytes:
         raise BadText(
             f"{text!r}: {numbers!r} are no bytes of two hexadecimal digits; characters stand behind |"
         )
-    data = bytes.fromhex(numbers)
+    data = bytes.fromhex("".join(numbers.split()))  # blanks of Unicode's, too
     characters = characters.removeprefix(" ")
     if not numbers and characters:
         data = _encoded(text, characters)

@@ -12,6 +12,7 @@ import sys
 
 from canwire.errors import BadValue, HubError, HubLost
 from canwire.places import locked_directory
+from canwire.platform.linux import peer_of
 
 _BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
 _DIAL_TIMEOUT_S = 2
@@ -60,6 +61,8 @@ def identity_of(path: str) -> tuple[int, int]:
 def dial(address: str) -> socket.socket:
     """A connection to the hub at this path; raises HubLost if nobody listens there, or lets nobody in for two seconds.
 
+    Raises HubError where another user's program listens, whose memory this one would map; root may call everybody.
+
     Where many call at once, it waits in the queue for its turn: a socket with Python's own timeout would not.
     """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -79,6 +82,12 @@ def dial(address: str) -> socket.socket:
                 f"no hub listens on {address}; start one: canwire serve --socket {address}"
             ) from None
         raise HubLost(f"{address}: {error.strerror or error}") from error
+    peer = peer_of(connection)
+    if peer is not None and os.geteuid() != 0 and peer[1] not in (os.geteuid(), 0):
+        connection.close()
+        raise HubError(
+            f"{address}: user {peer[1]} listens there, not {os.geteuid()}; connect to a hub of yours"
+        )
     return connection
 
 
