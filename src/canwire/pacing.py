@@ -105,6 +105,16 @@ class Pacer:
             self._failed.wait(left_ns / 1e9)
         self.wait(lambda: self._timeline.next_ns() > time_ns, None)
 
+    def warn(self) -> None:
+        """Log how much time was left out: for `when_late`."""
+        import logging  # 10 ms that only those pay who are late
+
+        logging.getLogger("canwire").warning(
+            "a lab in real time has left out %.2f s: its buses have more to do than this machine can simulate, "
+            "or it was stopped",
+            self.skipped_ns / 1e9,
+        )
+
     def lateness_ns(self) -> list[int]:
         """How late the last happenings were, in order."""
         with self.holding():
@@ -139,7 +149,9 @@ class Pacer:
         return self._clock_ns() - self._timeline.next_ns()
 
     def _ring(self) -> None:
-        with suppress(KeyError):  # of an empty set: who has waited long enough takes its own bell away meanwhile
+        with suppress(
+            KeyError
+        ):  # of an empty set: who has waited long enough takes its own bell away meanwhile
             while True:
                 self._bells.pop().release()
 

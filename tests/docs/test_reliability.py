@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
 import pytest
 
+from canwire import LogLimits
 from canwire.boards.config.limits import LimitsConfig
 from canwire.boards.config.tables import options
 
@@ -27,5 +29,10 @@ def test_the_tests_it_names_are_there(page: str) -> None:
 def test_every_limit_is_there() -> None:
     text = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if re.match(r"\| `\w+` \| `\d+` \|", line)]
-    limits = options({"limits": LimitsConfig})
-    assert rows == [f"| `{limit.name}` | `{limit.default}` | {limit.help} |" for limit in limits]
+    hubs = [
+        f"| `{limit.name}` | `{limit.default}` | {limit.help} |"
+        for limit in options({"limits": LimitsConfig})
+    ]
+    assert rows[: len(hubs)] == hubs
+    logs = [tuple(line.split("`")[1:4:2]) for line in rows[len(hubs) :]]
+    assert logs == [(name, str(value)) for name, value in dataclasses.asdict(LogLimits()).items()]

@@ -34,7 +34,7 @@ def write_page(path: Path, played: Played, runs: Iterable[CampaignRun]) -> None:
         parts.append(_map(parameters[0], parameters[1], ordered))
     parts.append(_durations(ordered))
     part = path.with_name(path.name + ".part")
-    part.write_text("\n".join(parts), encoding="utf-8", errors="backslashreplace")
+    part.write_text("\n".join(parts), encoding="utf-8", errors="backslashreplace", newline="\n")
     part.replace(path)
 
 

@@ -92,9 +92,15 @@ class LabCondition:
         self._held.pop().__exit__(None, None, None)
 
     def wait(self, timeout: float) -> bool:
-        """Until somebody notifies, or `timeout` seconds are over: False."""
+        """Until somebody notifies, or `timeout` seconds are over: False. Nothing is held meanwhile."""
         before = self._notified
-        return self._time.advance(self._time.now_ns + round(timeout * 1e9), lambda: self._notified != before)
+        self.__exit__()
+        try:
+            return self._time.advance(
+                self._time.now_ns + round(timeout * 1e9), lambda: self._notified != before
+            )
+        finally:
+            self.__enter__()
 
     def notify_all(self) -> None:
         self._notified += 1

@@ -39,7 +39,7 @@ class LabTime:
         self.held = HeldTime()
         self.pacer = Pacer(self.timeline) if time == "real" else None
         if self.pacer is not None:
-            self.pacer.when_late = self._say_late
+            self.pacer.when_late = self.pacer.warn
             hear_of_forks(self)
         self._company: Company | None = None
         self.waiters: dict[asyncio.Future[None], int] = {}
@@ -157,15 +157,6 @@ class LabTime:
         finally:
             self._closed = True
             self._leave()
-
-    def _say_late(self) -> None:
-        import logging  # 10 ms that only those pay who are late
-
-        logging.getLogger("canwire").warning(
-            "a lab in real time has left out %.2f s: its buses have more to do than this machine can simulate, "
-            "or it was stopped",
-            self.skipped_ns / 1e9,
-        )
 
     def _stalled(self) -> str | None:
         """What is busy and gets nowhere; whoever has buses knows."""

@@ -58,8 +58,10 @@ LASTING = [
     Lasting("socketcand --listen 127.0.0.1:0", "socketcand on", regular=True),
     Lasting("serve --socket {folder}/own.sock", "canwire hub on", regular=True),
     Lasting("offer --listen tcp/127.0.0.1:0", "offered as", regular=True),
+    Lasting("router --listen tcp/127.0.0.1:0 --access {folder}/lab.toml", "router on", regular=True),
 ]
-WITHOUT_HUB = ("demo", "serve")
+WITHOUT_HUB = ("demo", "serve", "router")
+ACCESS = '[users.anna]\nmay = "listen"\npassword = "a long one"\n'
 AT_ONCE = {
     "acan",
     "adapters",
@@ -130,6 +132,8 @@ class Running:
 
 @pytest.fixture
 def running(tmp_path: Path, hub_address: str, request: pytest.FixtureRequest) -> Iterator[Running]:
+    (tmp_path / "lab.toml").touch(0o600)
+    (tmp_path / "lab.toml").write_text(ACCESS)
     found = Running(request.param, tmp_path, hub_address)
     yield found
     found.process.kill()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadFrame, BadLog, BadText
@@ -27,6 +26,7 @@ from canwire.logs.pcapng.blocks import (
     blocks,
     options,
 )
+from canwire.logs.pcapng.interface import Interface
 from canwire.logs.pcapng.packets import (
     CAN_LINK,
     CLASSIC_SIZE,
@@ -58,20 +58,6 @@ _LINKS = {CAN_LINK, LIN_LINK, COOKED_LINK}
 _WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError, KeyError)
 
 
-@dataclass
-class _Interface:
-    """One interface: its channel in the log, link type, and what a time stamp counts."""
-
-    channel: int
-    link: int
-    ticks_per_s: int
-    offset_ns: int
-
-    def time_ns(self, ticks: int) -> int:
-        seconds, rest = divmod(ticks, self.ticks_per_s)
-        return seconds * 10**9 + rest * 10**9 // self.ticks_per_s + self.offset_ns
-
-
 def recognises(head: bytes) -> bool:
     """By its magic number."""
     return head[:4] == _MAGIC or head[:4] in _PCAP
@@ -92,7 +78,7 @@ class _Reader:
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._interfaces: list[_Interface] = []
+        self._interfaces: list[Interface] = []
         self._foreign: set[int] = set()
         self._order = "<"
         self._span = _SPAN
@@ -182,7 +168,7 @@ class _Reader:
             raise BadText("a simple packet block has no time stamp")
         return None
 
-    def _described(self, one: Block) -> _Interface:
+    def _described(self, one: Block) -> Interface:
         link = struct.unpack_from(one.order + "H", one.body)[0]
         told = options(one.body, 8, one.order)
         power = told.get(IF_TSRESOL, b"\x06")[0]
@@ -192,7 +178,7 @@ class _Reader:
         )
         name = told.get(IF_NAME, f"can{len(self._interfaces)}".encode()).decode("utf-8", "replace")
         channel = self._source.channel(name) if link in _LINKS else 0
-        return _Interface(channel, link, ticks, offset * 10**9)
+        return Interface(channel, link, ticks, offset * 10**9)
 
     def _packet(self, one: Block) -> LogEntry | None:
         number, high, low, size = struct.unpack_from(one.order + "IIII", one.body)
