@@ -7,4 +7,4 @@ from __future__ import annotations
 
 from canwire import ring
 
-ring.mmap = lambda _, size: bytearray(size)  # type: ignore[attr-defined,assignment,misc]
+ring.own_memory = lambda size: memoryview(bytearray(size))  # type: ignore[assignment]
