@@ -123,13 +123,16 @@ def test_memory_is_a_file_and_signals_are_numbers(program: Program) -> None:
 
 def test_what_is_over_is_told_even_to_who_listens_late(program: Program) -> None:
     early, late = reader_of(program), reader_of(program)
-    program.say(HEAR, early.own)
+    writer = writer_of(program, early.id)
     assert program.said == 0
+    program.say(HEAR, early.own)
+    program.say(RING, writer.peer)
+    assert program.hear() == (SIGNALLED, early.own)  # so it listens by now
     program.call("vci.release", early.number)
-    assert program.said == 1  # its program waits until it has heard this
+    assert program.said == 2  # its program waits until it has heard this
     assert program.hear() == (OVER, early.own)
     program.call("vci.release", late.number)
-    assert program.said == 2
+    assert program.said == 3
     program.say(HEAR, late.own)
     assert {program.hear(), program.hear()} == {(OVER, late.own)}
     program.say(FORGET, late.own)  # and numbers that mean nothing any more are ignored
