@@ -37,6 +37,7 @@ class TestThreadSafe(theirs.TestThreadSafeBus):
 """
 PASSED = {"TestOneLine": 14, "TestTwoLines": 14, "TestThreadSafe": 16}
 """Of python-can 4.6: each class inherits sixteen, two of which python-can itself skips; the last has two of its own."""
+IN_CI = 1  # more of each it skips where `CI` is set: one that measures time
 
 
 def test_all_of_them_pass(tmp_path: Path) -> None:
@@ -53,5 +54,6 @@ def test_all_of_them_pass(tmp_path: Path) -> None:
         )  # fmt: skip
     assert ended.returncode == 0, ended.stdout + ended.stderr
     passed = Counter(re.findall(r"::(\w+)::\w+ PASSED", ended.stdout))
-    assert {name: passed[name] for name in PASSED if passed[name] < PASSED[name]} == {}, ended.stdout
-    assert sum(passed.values()) >= 44
+    left_out = IN_CI if "CI" in os.environ else 0
+    fewer = {name: passed[name] for name in PASSED if passed[name] < PASSED[name] - left_out}
+    assert fewer == {}, ended.stdout
