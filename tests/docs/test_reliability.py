@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
+from canwire import LogLimits
 from canwire.boards.config.limits import LimitsConfig
 from canwire.boards.config.tables import options
 
@@ -29,3 +31,9 @@ def test_every_limit_is_there() -> None:
     rows = [line for line in text.splitlines() if re.match(r"\| `\w+` \| `\d+` \|", line)]
     limits = options({"limits": LimitsConfig})
     assert rows == [f"| `{limit.name}` | `{limit.default}` | {limit.help} |" for limit in limits]
+
+
+def test_every_limit_of_logs_is_there() -> None:
+    text = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    for limit in fields(LogLimits):
+        assert f"| `{limit.name}` | {limit.default} |" in text
