@@ -84,7 +84,7 @@ def _read_here(
             error = "memory"
         told = {"error": error, "channels": source.channels, "dated": source.dated, "start_ns": source.start_ns,
                 "faults": source.faults, "fault_count": source.fault_count}  # fmt: skip
-        with open(tell, "w") as answer:
+        with open(tell, "w", encoding="utf-8", newline="\n") as answer:
             json.dump(told, answer)
     finally:
         os._exit(0)
@@ -94,7 +94,7 @@ def _limit_memory(size: int) -> None:
     """So many bytes more than there are now."""
     import resource
 
-    with open("/proc/self/statm") as file:
+    with open("/proc/self/statm", encoding="ascii") as file:
         now = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     wanted = now + size
