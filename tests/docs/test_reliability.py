@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -29,10 +29,11 @@ def test_the_tests_it_names_are_there(page: str) -> None:
 def test_every_limit_is_there() -> None:
     text = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if re.match(r"\| `\w+` \| `\d+` \|", line)]
-    hubs = [
-        f"| `{limit.name}` | `{limit.default}` | {limit.help} |"
-        for limit in options({"limits": LimitsConfig})
-    ]
-    assert rows[: len(hubs)] == hubs
-    logs = [tuple(line.split("`")[1:4:2]) for line in rows[len(hubs) :]]
-    assert logs == [(name, str(value)) for name, value in dataclasses.asdict(LogLimits()).items()]
+    limits = options({"limits": LimitsConfig})
+    assert rows == [f"| `{limit.name}` | `{limit.default}` | {limit.help} |" for limit in limits]
+
+
+def test_every_limit_of_logs_is_there() -> None:
+    text = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    for limit in fields(LogLimits):
+        assert f"| `{limit.name}` | {limit.default} |" in text
