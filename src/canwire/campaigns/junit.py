@@ -10,6 +10,7 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
 
 from canwire.campaigns.playing import CampaignRun
+from canwire.campaigns.whole import whole
 from canwire.errors import BadValue
 
 _ENDINGS = (".xml", ".html")
@@ -57,9 +58,8 @@ def write_junit(path: str | Path, played: Played, runs: Iterable[CampaignRun]) -
     for run in ordered:
         _add(suite, played, run)
     indent(root)
-    part = path.with_name(path.name + ".part")
-    ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
-    part.replace(path)
+    with whole(path) as part:
+        ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
 
 
 def _kind(run: CampaignRun) -> str:

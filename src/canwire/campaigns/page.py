@@ -10,6 +10,7 @@ from pathlib import Path
 from canwire.campaigns.junit import Played
 from canwire.campaigns.playing import CampaignRun
 from canwire.campaigns.shares import Parameter, parameters_of
+from canwire.campaigns.whole import whole
 
 _WIDTH, _ROW, _LEFT = 640, 22, 180  # pixels
 _MOST_FAILURES = 20
@@ -33,9 +34,8 @@ def write_page(path: Path, played: Played, runs: Iterable[CampaignRun]) -> None:
     if len(parameters) > 1:
         parts.append(_map(parameters[0], parameters[1], ordered))
     parts.append(_durations(ordered))
-    part = path.with_name(path.name + ".part")
-    part.write_text("\n".join(parts), encoding="utf-8", errors="backslashreplace", newline="\n")
-    part.replace(path)
+    with whole(path) as part:
+        part.write_text("\n".join(parts), encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def _summary(played: Played, runs: Sequence[CampaignRun]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from canwire.campaigns.parameters import Value
 from canwire.campaigns.playing import CampaignRun
+from canwire.campaigns.whole import whole
 from canwire.errors import BadValue, ExtraMissing
 
 _ENDINGS = (".parquet", ".csv")
@@ -54,18 +55,17 @@ def write(path: str | Path, runs: Iterable[CampaignRun]) -> None:
     """Write the table, whole or not at all, to a Parquet or CSV file. Raises as `check_table` does."""
     path = check_table(path)
     table = rows(runs)
-    part = path.with_name(path.name + ".part")
-    if path.suffix == ".csv":
-        with part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(table[0]) if table else [])
-            writer.writeheader()
-            writer.writerows(table)
-    else:
-        import pyarrow
-        import pyarrow.parquet
+    with whole(path) as part:
+        if path.suffix == ".csv":
+            with part.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, list(table[0]) if table else [])
+                writer.writeheader()
+                writer.writerows(table)
+        else:
+            import pyarrow
+            import pyarrow.parquet
 
-        pyarrow.parquet.write_table(pyarrow.table(_columns(table)), part)
-    part.replace(path)
+            pyarrow.parquet.write_table(pyarrow.table(_columns(table)), part)
 
 
 def _columns(table: list[dict[str, Value | None]]) -> dict[str, list[Value | None]]:

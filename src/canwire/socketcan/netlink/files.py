@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 _KERNEL = Path("/sys/class/net")
 
 
+def put_whole(path: Path, text: str) -> None:
+    """Who reads the file meanwhile has what it was, or this."""
+    new = path.with_name(f".{path.name}")
+    new.write_text(text, encoding="utf-8", newline="\n")
+    os.replace(new, path)
+
+
 class NetFiles:
     """Below `directory`."""
 
@@ -54,10 +61,7 @@ class NetFiles:
         folder = self._folder / interface.name
         (folder / "statistics").mkdir(parents=True, exist_ok=True)
         for name, value in self._values(interface).items():
-            path = folder / name
-            new = path.with_name(f".{path.name}")
-            new.write_text(f"{value}\n", encoding="utf-8", newline="\n")
-            os.replace(new, path)  # who reads has one or the other, whole
+            put_whole(folder / name, f"{value}\n")
 
     def _values(self, interface: Interface) -> dict[str, object]:
         flags, running, counts = self._links.seen(interface)

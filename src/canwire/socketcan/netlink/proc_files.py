@@ -5,7 +5,6 @@ Source: Linux 6.1's net/can/proc.c (without its statistics by the second, as wit
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
@@ -19,6 +18,7 @@ from canwire.socketcan.constants import (
     CAN_RTR_FLAG,
     CAN_SFF_MASK,
 )
+from canwire.socketcan.netlink.files import put_whole
 
 if TYPE_CHECKING:
     from canwire.socketcan.netlink.links import Links
@@ -93,10 +93,7 @@ class ProcFiles:
         self._write("dev", self._devices())
 
     def _write(self, name: str, text: str) -> None:
-        path = self._folder / name
-        new = path.with_name(f".{path.name}")
-        new.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(new, path)
+        put_whole(self._folder / name, text)
 
     def _statistics(self, entries: list[Wanted]) -> str:
         numbers = {
