@@ -1,7 +1,7 @@
 """A random sample of canwire's texts for a reader to judge: `python -m tests.language.sample SEED [COUNT]`.
 
-Prints COUNT (100) sentences of the documentation, as many docstrings of public names and as many messages, each with its place.
-The same seed and the same texts give the same sample.
+Prints COUNT (100) sentences of the documentation, as many docstrings of public names and as many messages, each with
+its place. The same seed and the same texts give the same sample.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Words that no text of canwire uses, since readers stumbled over them.
 
-`python -m tests.language.words [PATH ...]` lists them. From two readings by strangers; what to write instead stands beside each. Comments and tests of wording count, too.
+`python -m tests.language.words [PATH ...]` lists them. They come from two readings by strangers;
+what to write instead is beside each. Comments count, too.
 """
 
 from __future__ import annotations
