@@ -433,7 +433,7 @@ def test_modes(can: candrv.Handle, other: candrv.Handle) -> None:
     for setting in (
         None,
         sample.both_kinds_of_frames,
-        sample.standard_unless_told,
+        sample.standard_by_default,
         sample.as_the_mode_has_it,
     ):
         if setting is not None:
@@ -452,7 +452,7 @@ def test_init(can: candrv.Handle, other: candrv.Handle, capsys: pytest.CaptureFi
     assert can.wait_comm_event(LONG_MS / 1000) == CanbusEvent.BUS_ERROR
     fault.cancel()
     assert can.in_configuration_mode()
-    run("init").begin_anew(can)
+    run("init").start_again(can)
     assert not can.in_configuration_mode()
     assert capsys.readouterr().out == ""
     can.write("124 0 0\n")
