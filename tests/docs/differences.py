@@ -91,7 +91,7 @@ CANDRV = {
     "data bytes in filters, bits 15..0": "candrv/test_filters::example_1_of_8_11 a_filter_accepts_what_the_tables_say "
     f"{MENDED}::a_filter_may_ask_for_data_of_zeros boards/can/test_channel::a_byte_that_is_not_there_is_no_zero",
     "SET_DEFAULT_FRAME_FORMAT": f"{MENDED}::a_format_leaves_the_controller_alone",
-    "SET_BAUDRATE, SET_CAN_MODE, INIT amid traffic": "candrv/test_differences::"
+    "SET_BAUDRATE, SET_CAN_MODE, INIT during traffic": "candrv/test_differences::"
     "settings_amid_traffic_leave_no_message_without_its_outcome "
     f"{CONNECTOR}::initialised_anew_in_the_middle_of_everything",
     'SELF_RECEPTION_REQUEST "can only receive its own messages"': f"{MENDED}::loop_back_stays_until_init "
