@@ -48,7 +48,7 @@ VCI = {
     "a_fault_of_the_coupling_comes_and_goes_with_a_message",
     "`InitLine`": "vci/can/test_control::init_line_resets_what_others_see",
     "the cyclic list of a stopped line": "vci/can/test_scheduler::what_a_stopped_line_did_not_send_never_comes",
-    "boards without a processor of their own": "vci/can/test_scheduler::a_passive_board_has_no_list",
+    "boards without a processor": "vci/can/test_scheduler::a_passive_board_has_no_list",
     "`QueryInterface`": "vci/fifo/test_interfaces::a_channels_fifos_can_be_looked_at",
     "`DetectBaud` with `CAN_OPMODE_LOWSPEED`": "vci/can/test_detect::the_manuals_table_at_low_speed",
     "timings": "vci/can/test_line::only_a_can_fd_controller_may_jump_as_far_as_tseg2_is_long",

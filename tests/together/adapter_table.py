@@ -29,7 +29,7 @@ NOT_APPLICABLE = {(PYTHON_CAN, RECOVER): "`virtual` reports no errors, so its li
 """What cannot happen to an adapter, and why."""
 
 
-HOST_STAYS_AWAY = "not applicable: it sets up a board of its own and joins no other"
+HOST_STAYS_AWAY = "not applicable: it sets up its own board and joins no other"
 
 
 def programs(adapter: str) -> list[str]:

@@ -61,11 +61,11 @@ def _sees() -> str:
 
 def _hears() -> str:
     heads = (
-        "hears errors",
-        "hears states",
-        "hears arbitration losses",
+        "receives errors",
+        "receives states",
+        "receives arbitration losses",
         "filter as set",
-        "told when another stops the line",
+        "notified when another program stops the line",
     )
     assert len(heads) == len(Hears._fields)
     rows = ["| program | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
@@ -77,7 +77,7 @@ def _hears() -> str:
 
 
 def _refuses() -> str:
-    rows = ["| program | board | is told |", "|---|---|---|"]
+    rows = ["| program | board | result |", "|---|---|---|"]
     same: dict[tuple[str, str], list[str]] = {}
     for (kind, board), told in REFUSES.items():
         same.setdefault((kind, told), []).append(board)
@@ -86,7 +86,7 @@ def _refuses() -> str:
 
 
 def _adapters() -> str:
-    rows = ["| adapter | what happens | program | is told |", "|---" * 4 + "|"]
+    rows = ["| adapter | what happens | program | result |", "|---" * 4 + "|"]
     for adapter in ADAPTERS:
         never = {event: why for (on, event), why in NOT_APPLICABLE.items() if on == adapter}
         there = ", ".join(programs(adapter))
