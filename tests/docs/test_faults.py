@@ -56,9 +56,9 @@ def played(block: str, frames: int = 1) -> tuple[canwire.LabNode, canwire.LabNod
 def test_the_examples_do_what_is_said_above_them() -> None:
     text = page()
     twice, overload, alone, spike = [block.text for block in blocks(DOCS / "faults.md") if not block.mark][:4]
-    assert "its TEC is\n16, and 15 when the frame has got through" in text
+    assert "its TEC is\n16, and 15 after the frame has been sent" in text
     assert played(twice)[0].tec == 15
-    assert "the next frame begins 18 bits behind this one instead of 3" in text
+    assert "the next frame begins 18 bits after this one instead of 3" in text
     undisturbed, disturbed = played("", 2)[2], played(overload, 2)[2]
     bits = [(two.timestamp_ns - one.timestamp_ns) / 2_000 for one, two in (undisturbed, disturbed)]
     assert bits[1] - bits[0] == 18 - 3
