@@ -17,7 +17,7 @@ INSTEAD = {
     r"whoever": "the program that, anyone who",
     r"anybody": "anyone, any program",
     r"so often": "N times",
-    r"again:": "may be given several times",
+    r"; again:": "may be given several times",
     r"anew": "again, from the start, a new ...",
     r"go(?:es|ing)? on|went on": "continues",
     r"at once": "immediately; at the same time",
