@@ -40,7 +40,7 @@ def test_sockets(bench: Bench, program: str, what: str) -> None:
 
 
 @pytest.mark.finding("socketcan 2", "socketcan 3", "socketcan 4", "socketcan 6", "socketcan 13")
-@pytest.mark.parametrize("what", ["unbound", "restart", "pointers", "bcm"])
+@pytest.mark.parametrize("what", ["unbound", "remote", "restart", "pointers", "bcm"])
 def test_answers_of_a_kernel(bench: Bench, as_kernel: str, what: str) -> None:
     assert bench.run(as_kernel, what) == "done\n"
 

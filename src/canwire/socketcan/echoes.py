@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.wire import IDENTITY, SELF_RECEPTION, numpy_module
+from canwire.socketcan.wire import IDENTITY, REMOTE, SELF_RECEPTION, numpy_module
 
 if TYPE_CHECKING:
     import numpy
@@ -28,13 +28,17 @@ class Echoes:
         return self._count
 
     def sent(self, slot: int, records: Array) -> None:
+        """Of a remote frame the data are those that the program wrote, which are not on the bus."""
         self._sent.append((slot, records))
         self._count += len(records)
         while self._count > _MOST:
             self._count -= len(self._sent.popleft()[1])
 
     def owners(self, records: Array) -> Array:
-        """Slots by record; NOBODY for frames of others, on this line or elsewhere."""
+        """Slots by record; NOBODY for frames of others, on this line or elsewhere.
+
+        Remote frames get the data that their program wrote: a kernel loops back what it was given.
+        """
         numpy = numpy_module()
         found: Array = numpy.full(len(records), NOBODY, "i4")
         if not self._sent:
@@ -55,6 +59,7 @@ class Echoes:
             return 1
         if agreeing:
             found[places[:agreeing]] = slot
+            records["data"][places[:agreeing]] = sent["data"][:agreeing]
             self._drop(agreeing)
         return agreeing
 
@@ -84,6 +89,6 @@ def _same(sent: Array, echoes: Array) -> Array:
     found: Array = (
         (sent["id"] == echoes["id"])
         & (sent["info"] & IDENTITY == echoes["info"] & IDENTITY)
-        & (sent["data"] == echoes["data"]).all(axis=-1)
+        & ((sent["data"] == echoes["data"]).all(axis=-1) | (sent["info"] & REMOTE != 0))
     )
     return found

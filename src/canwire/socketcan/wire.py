@@ -36,11 +36,11 @@ SENT_HEADER_SIZE = 8
 LOCAL, OWN = 1, 2  # flags of a received message: MSG_DONTROUTE, MSG_CONFIRM
 
 # info bits of a record (see canwire.record_dtype)
-_EXTENDED, _REMOTE, _FD, _BRS, _ESI = 1 << 23, 1 << 22, 1 << 10, 1 << 11, 1 << 12
+_EXTENDED, REMOTE, _FD, _BRS, _ESI = 1 << 23, 1 << 22, 1 << 10, 1 << 11, 1 << 12
 SELF_RECEPTION = 1 << 21
 TYPE_MASK = 0xFF
 _DLC_SHIFT = 16
-IDENTITY = _EXTENDED | _REMOTE | _FD | _BRS | _ESI | 0xF << _DLC_SHIFT
+IDENTITY = _EXTENDED | REMOTE | _FD | _BRS | _ESI | 0xF << _DLC_SHIFT
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 
@@ -124,7 +124,7 @@ def frames_received(records: Array, interface: int, epoch_ns: int) -> Array:
     found["stamp_ns"] = records["time_ns"] + numpy.uint64(epoch_ns)
     found["interface"] = interface
     found["can_id"] = (
-        records["id"] | (info & _EXTENDED) << 8 | (info & _REMOTE) << 8
+        records["id"] | (info & _EXTENDED) << 8 | (info & REMOTE) << 8
     )  # bits 23 and 22 to 31 and 30
     if is_fd.any():
         found["length"] = numpy.where(is_fd, CANFD_MTU, CAN_MTU)
@@ -150,13 +150,20 @@ def records_to_send(frames: Array) -> Array:
     raw = frames["raw_dlc"].astype("u4")
     long_code = ~is_fd & (frames["len"] == 8) & (raw > 8) & (raw < 16)
     dlc = numpy.where(long_code, raw, _dlc_of_length()[frames["len"]])
-    info = (can_id >> 8 & (_EXTENDED | _REMOTE)) | dlc << _DLC_SHIFT
+    info = (can_id >> 8 & (_EXTENDED | REMOTE)) | dlc << _DLC_SHIFT
     flags = frames["fd_flags"].astype("u4") & (CANFD_BRS | CANFD_ESI)
-    found["info"] = numpy.where(is_fd, info & ~numpy.uint32(_REMOTE) | _FD | flags << 11, info)
+    found["info"] = numpy.where(is_fd, info & ~numpy.uint32(REMOTE) | _FD | flags << 11, info)
     found["id"] = numpy.where(extended, can_id & CAN_EFF_MASK, can_id & CAN_SFF_MASK)
     lengths = numpy.where(remote & ~is_fd, 0, frames["len"])
     found["data"] = numpy.where(numpy.arange(64) < lengths[:, None], frames["data"], 0)
     return found
+
+
+def keep_remote_data(records: Array, frames: Array) -> None:
+    """What programs wrote into remote frames, back into these records: no bus carries it."""
+    remote = records["info"] & REMOTE != 0
+    if remote.any():
+        records["data"][remote, :8] = frames["data"][remote, :8]
 
 
 def row_of(frame: bytes, index: int) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import select
 import struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.socketcan.constants import AF_CAN, SOCKADDR_CAN_SHORTEST
 from canwire.socketcan.loop import HUNG_UP, READABLE, WRITABLE
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire.socketcan.netlink.proc_files import Wanted
-    from canwire.socketcan.rings import Row
+    from canwire.socketcan.rings import RingPair, Row
     from canwire.socketcan.setting import Setting
     from canwire.socketcan.sockets.error_queue import Queued
 
@@ -25,30 +25,30 @@ _ADDRESS = struct.Struct("<Hxxi")
 _RECEIVED = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 
 
-class CanSocket:
-    """`end` is the server's end of its pair, and watched."""
+class Opened(NamedTuple):
+    """What a socket is made of: `end` is the server's end of its pair, `closed` is called when nothing is left."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-    ) -> None:
-        self.setting = setting
-        self.ports = ports
-        self.slot = slot
-        self.end = end
+    setting: Setting
+    ports: Ports
+    slot: int
+    end: socket.socket
+    ring: RingPair
+    closed: Callable[[CanSocket], object]
+
+
+class CanSocket:
+    """Its end of the pair is watched."""
+
+    def __init__(self, opened: Opened) -> None:
+        self.setting, self.ports, self.slot, self.end, self.ring, self._closed = opened
         self.over = False
         self.waiting: list[Callable[[], object]] = []
-        self._closed = closed
         self._watched = 0
         self.rewatch()
 
     def row_of_message(self, data: bytes, peeks: bool) -> Row:
         """rings.RingPair.row_of_message."""
-        raise NotImplementedError
+        return self.ring.row_of_message(data, peeks)
 
     def told(self) -> None:
         """There is something for the program: who waits for it in a call that the server answers looks again."""

@@ -27,19 +27,14 @@ from canwire.socketcan.isotp.options import (
 from canwire.socketcan.isotp.receiver import Receiver
 from canwire.socketcan.isotp.sender import Sender, State
 from canwire.socketcan.netlink.proc_files import Wanted
-from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.ports import refuse
+from canwire.socketcan.sockets.base import Opened
 from canwire.socketcan.sockets.messages import MessageSocket
 
 if TYPE_CHECKING:
-    import socket
-    from collections.abc import Callable
-
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
     from canwire.socketcan.requests.control import Answered
-    from canwire.socketcan.rings import Rings
-    from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch
 
 _ADDRESS = struct.Struct(SOCKADDR_CAN)
@@ -50,23 +45,15 @@ _HEAD = struct.Struct("<IBBBB")
 class IsoTpSocket(MessageSocket):
     """Options come before `bind`, after which messages move. Who closes it leaves a message that is being sent."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-        rings: Rings,
-    ) -> None:
+    def __init__(self, opened: Opened) -> None:
         self._options = Options()
         self._port: Port | None = None
         self._receives = self._sends = 0
-        self._sender = Sender(setting.loop, self._put, self._sent)
-        self._receiver = Receiver(setting.loop, self._put, self._deliver, self._fail)
+        self._sender = Sender(opened.setting.loop, self._put, self._sent)
+        self._receiver = Receiver(opened.setting.loop, self._put, self._deliver, self._fail)
         self._waiting: deque[tuple[bytes, Answered]] = deque()
         self._asked: tuple[int, Answered] | None = None  # who waits until a message is out
-        super().__init__(setting, ports, slot, end, closed, rings)
+        super().__init__(opened)
 
     # what the program asks
 

@@ -7,20 +7,14 @@ from typing import TYPE_CHECKING
 
 from canwire.socketcan.interfaces import REFUSED
 from canwire.socketcan.outlets import MessageOutlet
-from canwire.socketcan.ports import Ports
 from canwire.socketcan.requests.control import Unasked
-from canwire.socketcan.sockets.base import CanSocket, message_of
+from canwire.socketcan.sockets.base import CanSocket, Opened, message_of
 from canwire.socketcan.sockets.frame_queue import FrameQueue
 
 if TYPE_CHECKING:
-    import socket
-    from collections.abc import Callable
-
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
     from canwire.socketcan.requests.control import Answered
-    from canwire.socketcan.rings import Rings, Row
-    from canwire.socketcan.setting import Setting
 
 _AT_ONCE = 64
 
@@ -28,19 +22,10 @@ _AT_ONCE = 64
 class MessageSocket(CanSocket):
     """`sent` takes what the program has written, and answers it."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-        rings: Rings,
-    ) -> None:
-        self._ring = rings.pair(slot, end.fileno())
-        self.outlet = MessageOutlet(self._ring)
+    def __init__(self, opened: Opened) -> None:
+        self.outlet = MessageOutlet(opened.ring)
         self._frames = FrameQueue()
-        super().__init__(setting, ports, slot, end, closed)
+        super().__init__(opened)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
         """Answer it, now or later; raises OSError for what fails."""
@@ -68,9 +53,6 @@ class MessageSocket(CanSocket):
     def send_frame(self, port: Port, frame: bytes) -> None:
         """A struct can_frame or canfd_frame; waits here while the line has no room."""
         self._frames.send(port, self.slot, frame)
-
-    def row_of_message(self, data: bytes, peeks: bool) -> Row:
-        return self._ring.row_of_message(data, peeks)
 
     def send_to(self, data: bytes, index: int) -> None:
         self.sent(data, index, False, Unasked())

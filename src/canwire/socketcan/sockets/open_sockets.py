@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from canwire.socketcan.constants import (
     CAN_BCM,
+    CAN_ISOTP,
     CAN_J1939,
     CAN_RAW,
     SOCK_DGRAM,
@@ -17,7 +18,7 @@ from canwire.socketcan.constants import (
     TYPE_OF_PROTOCOL,
 )
 from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.sockets.base import CanSocket, Opened
 from canwire.socketcan.sockets.bcm import BcmSocket
 from canwire.socketcan.sockets.isotp import IsoTpSocket
 from canwire.socketcan.sockets.j1939.bus import J1939Buses
@@ -28,6 +29,12 @@ from canwire.socketcan.sockets.raw import RawSocket
 if TYPE_CHECKING:
     from canwire.socketcan.rings import Rings
     from canwire.socketcan.setting import Setting
+
+_KINDS: dict[int, Callable[[Opened], CanSocket]] = {
+    CAN_RAW: RawSocket,
+    CAN_BCM: BcmSocket,
+    CAN_ISOTP: IsoTpSocket,
+}
 
 
 class OpenSockets:
@@ -86,8 +93,18 @@ class OpenSockets:
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         own.setblocking(False)
         theirs.bind(f"\0{self._prefix}{slot:04x}")
+        inode = os.fstat(theirs.fileno()).st_ino
+
+        def closed(one: CanSocket) -> None:
+            self._by_slot.pop(slot, None)
+            if self._by_inode.get(inode) is one:
+                del self._by_inode[inode]
+            self._setting.table.free_slot(slot)
+            self._on_closed()
+
         try:
-            made = self._made(protocol, slot, own, os.fstat(theirs.fileno()).st_ino)
+            ring = self._rings.pair(slot, own.fileno())
+            made = self._made(protocol, Opened(self._setting, self._ports, slot, own, ring, closed))
         except OSError as error:
             own.close()
             theirs.close()
@@ -96,23 +113,12 @@ class OpenSockets:
                 raise
             self._say_once(f"no more CAN sockets: {error.filename} is full")
             raise refuse(errno.ENOBUFS) from None
-        self._by_slot[slot] = self._by_inode[os.fstat(theirs.fileno()).st_ino] = made
+        self._by_slot[slot] = self._by_inode[inode] = made
         return theirs
 
-    def _made(self, protocol: int, slot: int, end: socket.socket, inode: int) -> CanSocket:
-        def closed(one: CanSocket) -> None:
-            self._by_slot.pop(slot, None)
-            if self._by_inode.get(inode) is one:
-                del self._by_inode[inode]
-            self._setting.table.free_slot(slot)
-            self._on_closed()
-
+    def _made(self, protocol: int, opened: Opened) -> CanSocket:
         if protocol >> 16 == PACKET:
-            about = protocol & 0xFFFF
-            return PacketSocket(self._setting, self._ports, slot, end, closed, self._rings, about)
-        if protocol == CAN_RAW:
-            return RawSocket(self._setting, self._ports, slot, end, closed, self._rings)
+            return PacketSocket(opened, protocol & 0xFFFF)
         if protocol == CAN_J1939:
-            return J1939Socket(self._setting, self._ports, slot, end, closed, self._rings, self._buses)
-        kind = BcmSocket if protocol == CAN_BCM else IsoTpSocket
-        return kind(self._setting, self._ports, slot, end, closed, self._rings)
+            return J1939Socket(opened, self._buses)
+        return _KINDS[protocol](opened)

@@ -15,20 +15,16 @@ from canwire.socketcan.constants import CAN_MTU, CANFD_MTU
 from canwire.socketcan.packets.blocks import BlockRing
 from canwire.socketcan.packets.frames import FrameRing
 from canwire.socketcan.packets.ring import V2, V3, Ring, RingRequest
-from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.ports import refuse
+from canwire.socketcan.sockets.base import Opened
 from canwire.socketcan.sockets.raw import RawSocket
 from canwire.socketcan.wire import numpy_module, received_dtype
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import numpy
 
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
-    from canwire.socketcan.rings import Rings
-    from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch
 
     Array = numpy.ndarray
@@ -52,23 +48,14 @@ _WAKE = b"\0"
 class PacketSocket(RawSocket):
     """One that is not bound hears the interfaces that are in use when it is made."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-        rings: Rings,
-        protocol: int,
-    ) -> None:
-        super().__init__(setting, ports, slot, end, closed, rings)
+    def __init__(self, opened: Opened, protocol: int) -> None:
+        super().__init__(opened)
         self._values = dict.fromkeys(_KEPT, 0) | {VERSION: 0}
         self._packet_ring: Ring | None = None
         self._counted = 0, 0  # packets and drops that are not the ring's
         self._set_protocol(protocol)
         if protocol:
-            self._hear(ports.in_use())
+            self._hear(self.ports.in_use())
 
     def _set_protocol(self, protocol: int) -> None:
         """`protocol` as it is in the program's memory."""

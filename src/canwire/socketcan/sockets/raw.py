@@ -18,22 +18,18 @@ from canwire.socketcan.constants import (
 from canwire.socketcan.interfaces import NOT_BOUND, NOT_FRAMES
 from canwire.socketcan.netlink.proc_files import Wanted
 from canwire.socketcan.outlets import RowOutlet
-from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.rings import COLLECTED, Rings, Row
-from canwire.socketcan.sockets.base import CanSocket, index_of
+from canwire.socketcan.ports import refuse
+from canwire.socketcan.rings import COLLECTED
+from canwire.socketcan.sockets.base import Opened, index_of
 from canwire.socketcan.sockets.raw_options import RawOptions
 from canwire.socketcan.sockets.stamped import StampedSocket
 from canwire.socketcan.wire import numpy_module, received_dtype, row_of, sound
 
 if TYPE_CHECKING:
-    import socket
-    from collections.abc import Callable
-
     import numpy
 
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
-    from canwire.socketcan.setting import Setting
     from canwire.socketcan.wire import Batch
 
     Array = numpy.ndarray
@@ -46,25 +42,17 @@ _MUCH = 64  # frames after which more is looked for at once
 class RawSocket(StampedSocket):
     """A socket without a program's bind hears nothing and sends to addresses only."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-        rings: Rings,
-    ) -> None:
+    def __init__(self, opened: Opened) -> None:
+        table, slot = opened.setting.table, opened.slot
         self._hung_up = self._collects = self._hears_all = False
         self._hears_later = 0  # the interface that it is bound to, and that is down
-        self._ring = rings.pair(slot, end.fileno())
-        self._outlet = RowOutlet(self._ring, end, lambda: setting.table.receive_buffer(slot))
+        self._outlet = RowOutlet(opened.ring, opened.end, lambda: table.receive_buffer(slot))
         self._options = RawOptions()
-        self._gathering = setting.gathering()
+        self._gathering = opened.setting.gathering()
         self._heard: list[Port] = []
         self._held: deque[tuple[int, Array]] = deque()  # sent; their interfaces have no room yet
         self._matches = 0
-        super().__init__(setting, ports, slot, end, closed)
+        super().__init__(opened)
 
     # what the program asks
 
@@ -193,9 +181,6 @@ class RawSocket(StampedSocket):
             return
         self._send_all(row_of(frame, index))
 
-    def row_of_message(self, data: bytes, peeks: bool) -> Row:
-        return self._ring.row_of_message(data, peeks)
-
     def send_to(self, data: bytes, index: int) -> None:
         if self._held:
             raise refuse(errno.ENOBUFS)
@@ -228,7 +213,7 @@ class RawSocket(StampedSocket):
             return
         if not self._send_held():
             return
-        rows = self._ring.collect(COLLECTED)
+        rows = self.ring.collect(COLLECTED)
         count = len(rows)
         if count:
             self._send_all(rows)
@@ -240,7 +225,7 @@ class RawSocket(StampedSocket):
         elif count and self._gathering is not None and (pause_s := self._gathering.pause_s(count)):
             self._collects = True
             self.setting.loop.call_in(pause_s, self._collect)
-        elif not self._ring.want_frames():
+        elif not self.ring.want_frames():
             self._collect_soon()
 
     def _send_held(self) -> bool:

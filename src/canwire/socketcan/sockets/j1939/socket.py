@@ -22,8 +22,8 @@ from canwire.socketcan.j1939.message import (
 )
 from canwire.socketcan.j1939.outbox import Outbox
 from canwire.socketcan.j1939.reports import Report
-from canwire.socketcan.ports import Ports, refuse
-from canwire.socketcan.sockets.base import CanSocket
+from canwire.socketcan.ports import refuse
+from canwire.socketcan.sockets.base import Opened
 from canwire.socketcan.sockets.error_queue import Queued
 from canwire.socketcan.sockets.j1939.bus import J1939Bus, J1939Buses
 from canwire.socketcan.sockets.j1939.errors import Reports
@@ -34,13 +34,8 @@ from canwire.socketcan.table import UP
 from canwire.socketcan.wire import LOCAL
 
 if TYPE_CHECKING:
-    import socket
-    from collections.abc import Callable
-
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.requests.control import Answered
-    from canwire.socketcan.rings import Rings
-    from canwire.socketcan.setting import Setting
 
 FILTER, PROMISCUOUS, PRIORITY, ERROR_QUEUE = range(1, 5)
 MORE_FOLLOWS = 0x100  # of a request to send: these bytes are not all
@@ -53,17 +48,9 @@ _MOST_PENDING, _MOST_QUEUED = 256, 8192  # messages: where a write waits, and wh
 class J1939Socket(MessageSocket):
     """Who closes it leaves messages that are being sent."""
 
-    def __init__(
-        self,
-        setting: Setting,
-        ports: Ports,
-        slot: int,
-        end: socket.socket,
-        closed: Callable[[CanSocket], object],
-        rings: Rings,
-        buses: J1939Buses,
-    ) -> None:
-        self.endpoint = Endpoint(lambda: setting.table.broadcasts(slot), self._deliver, self._report)
+    def __init__(self, opened: Opened, buses: J1939Buses) -> None:
+        table, slot = opened.setting.table, opened.slot
+        self.endpoint = Endpoint(lambda: table.broadcasts(slot), self._deliver, self._report)
         self._buses = buses
         self._bus: J1939Bus | None = None
         self._outbox: Outbox | None = None
@@ -72,8 +59,8 @@ class J1939Socket(MessageSocket):
         self._waiting: deque[tuple[Message, int, Answered]] = deque()
         self._left = False
         self.rests = Rests()
-        super().__init__(setting, ports, slot, end, closed, rings)
-        end.setsockopt(1, 7, _SEND_BUFFER)  # SO_SNDBUF, which the kernel doubles
+        super().__init__(opened)
+        self.end.setsockopt(1, 7, _SEND_BUFFER)  # SO_SNDBUF, which the kernel doubles
 
     # what the program asks
 
