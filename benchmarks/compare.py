@@ -1,13 +1,15 @@
 """Whether a commit is slower than another one, row by row, in the same run.
 
     python benchmarks/compare.py OLD [NEW]        commits; without NEW this folder as it is, uncommitted changes too
-    python benchmarks/compare.py OLD --short      fewer frames, and only rows that a changed file could touch
+    python benchmarks/compare.py OLD --short      fewer rounds, and only rows that a changed file could touch
     python benchmarks/compare.py --rows           what is measured
 
-Each is built in a folder of its own (compiled files are copied where their sources are the same). Then each row runs in
-turn, old, new, new, old, each in a process of its own, as many times as `--rounds` says. A ratio above 1 says that NEW
-is quicker; what stands beside it is the least and the largest of the rounds. The status is 1 if a row's ratio by
-processor time is below 0.9 in the median of the rounds. Rows that OLD cannot run yet are named.
+Each is built in a folder of its own (compiled files are copied where their sources are the same). Each row has two
+processes that stay on one core, and take turns: old, new, new, old, a tenth of a second each, as many times as
+`--rounds` says. What else the machine does comes and goes more slowly than that, so it meets both alike. A ratio
+above 1 says that NEW is quicker; it is the median of the rounds, and beside it stand the quartiles. A row whose ratio
+by processor time is below 0.9 is measured once more, by other processes; the status is 1 if that is below 0.9 too.
+Rows that OLD cannot run yet are named.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,14 +31,16 @@ from compare_rows import ROWS
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 LEAST = 0.9
-COUNT = {False: 1_000_000, True: 100_000}  # frames of a row; with --short
+ROUNDS = {False: 15, True: 7}  # with --short
+SLICE_S = 0.1
+FEWEST = 10_000  # frames that a slice begins with, before it is known how many make a tenth of a second
 
 
 class Compared(NamedTuple):
-    """NEW's rates over OLD's, one for each round: by the wall clock and by processor time."""
+    """NEW's rates over OLD's, one for each round: by processor time and by the wall clock."""
 
-    wall: list[float]
     processor: list[float]
+    wall: list[float]
 
 
 def git(*words: str) -> str:
@@ -103,32 +108,95 @@ def touched(old: Path, new: Path) -> list[str]:
     return [name for name, row in ROWS.items() if rooms & set(row.touched)]
 
 
-def rates(folder: Path, name: str, count: int) -> list[float] | None:
-    """None where it cannot run there."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder / "src"), str(HERE)])}
-    command = [sys.executable, "-P", str(HERE / "compare_rows.py"), name, str(count)]
-    ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=folder)
-    if ended.returncode:
-        print(f"{folder.name} cannot run {name!r}: {ended.stderr.strip()[-300:]}", file=sys.stderr)
-        return None
-    return [float(rate) for rate in json.loads(ended.stdout)]
+class Runner:
+    """A process that measures one row in one folder, a slice at a time."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder / "src"), str(HERE)])}
+        self.name = f"{folder.name}, {name!r}"
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", str(HERE / "compare_rows.py"), name],
+            env=environment,
+            cwd=folder,
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        if hasattr(os, "sched_setaffinity"):  # cores have different neighbours
+            os.sched_setaffinity(self._process.pid, {max(os.sched_getaffinity(0))})
+
+    def rates(self, count: int) -> tuple[float, float]:
+        """By processor time and by the wall clock; raises CannotRun."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        try:
+            self._process.stdin.write(f"{count}\n")
+            self._process.stdin.flush()
+            processor, wall = json.loads(self._process.stdout.readline())
+        except (BrokenPipeError, json.JSONDecodeError):
+            raise CannotRun(f"{self.name}: {self._process.communicate()[1].strip()[-300:]}") from None
+        return float(processor), float(wall)
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.communicate()
 
 
-def compared(old: Path, new: Path, name: str, count: int, rounds: int) -> Compared | None:
+class CannotRun(Exception):
+    """One of the two commits does not have what this row measures."""
+
+
+def slice_size(runner: Runner) -> int:
+    """How many frames take a tenth of a second."""
+    count = FEWEST
+    while True:
+        began = time.perf_counter()
+        runner.rates(count)
+        spent = (time.perf_counter() - began) / 2  # one of them by each clock
+        if spent >= SLICE_S / 3:
+            return max(FEWEST, round(count * SLICE_S / spent))
+        count *= 4
+
+
+def compared(old: Path, new: Path, name: str, rounds: int) -> Compared:
     """Old, new, new, old: what becomes slower meanwhile (a warm machine, a neighbour) does so for both."""
     found = Compared([], [])
-    for _ in range(rounds):
-        runs = [rates(folder, name, count) for folder in (old, new, new, old)]
-        first, second, third, fourth = runs
-        if first is None or second is None or third is None or fourth is None:
-            return None
-        for ratios, at in ((found.wall, 0), (found.processor, 1)):
-            ratios.append((second[at] + third[at]) / (first[at] + fourth[at]))
+    before, after = Runner(old, name), Runner(new, name)
+    try:
+        count = slice_size(before)
+        after.rates(count)
+        for _ in range(rounds):
+            first, second, third, fourth = (runner.rates(count) for runner in (before, after, after, before))
+            found.processor.append((second[0] + third[0]) / (first[0] + fourth[0]))
+            found.wall.append((second[1] + third[1]) / (first[1] + fourth[1]))
+    finally:
+        before.close()
+        after.close()
     return found
 
 
 def told(ratios: list[float]) -> str:
-    return f"{statistics.median(ratios):5.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+    low, middle, high = statistics.quantiles(ratios)
+    return f"{middle:5.2f} ({low:.2f} to {high:.2f})"
+
+
+def row_by_row(old: Path, new: Path, names: list[str], rounds: int) -> list[str]:
+    """Prints each row's ratios; returns those that are slower."""
+    print(f"{'new over old; 1 is as quick':36}{'processor time':>24}{'wall clock':>24}")
+    slower = []
+    for name in names:
+        try:
+            for _ in range(2):
+                ratios = compared(old, new, name, rounds)
+                print(f"{name:36}{told(ratios.processor):>24}{told(ratios.wall):>24}", flush=True)
+                if statistics.median(ratios.processor) >= LEAST:
+                    break
+            else:
+                slower.append(name)
+        except CannotRun as reason:
+            print(f"{name:36}{'one of both cannot run it':>24}\n{reason}", flush=True)
+    return slower
 
 
 def main() -> int:
@@ -139,7 +207,7 @@ def main() -> int:
     parser.add_argument("new", metavar="NEW", nargs="?")
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--rows", action="store_true")
-    parser.add_argument("--rounds", type=int, default=3, metavar="N")
+    parser.add_argument("--rounds", type=int, default=0, metavar="N")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows whose names have it")
     given = parser.parse_args()
     if given.rows:
@@ -156,16 +224,7 @@ def main() -> int:
             return 0
         build(old, None)
         build(new, old)
-        print(f"{'new over old; 1 is as quick':36}{'processor time':>24}{'wall clock':>24}")
-        slower = []
-        for name in names:
-            ratios = compared(old, new, name, COUNT[given.short], given.rounds)
-            if ratios is None:
-                print(f"{name:36}{'one of both cannot run it':>24}", flush=True)
-                continue
-            print(f"{name:36}{told(ratios.processor):>24}{told(ratios.wall):>24}", flush=True)
-            if statistics.median(ratios.processor) < LEAST:
-                slower.append(name)
+        slower = row_by_row(old, new, names, given.rounds or ROUNDS[given.short])
     if slower:
         print(f"slower than {LEAST} of what it was: {', '.join(slower)}", file=sys.stderr)
     return 1 if slower else 0

@@ -1,6 +1,7 @@
 """What compare.py runs: each row is a rate, the higher the better, of what a commit's canwire does in one process.
 
-`python benchmarks/compare_rows.py NAME SCALE` prints two rates as JSON: by the wall clock and by processor time.
+`python benchmarks/compare_rows.py NAME` reads lines, a number of frames each, and prints for each two rates as JSON: by
+processor time and by the wall clock. Several lines are several slices of the same row, in a process that is warm.
 """
 
 from __future__ import annotations
@@ -107,13 +108,16 @@ ROWS = {
 
 
 def measured(name: str, count: int) -> list[float]:
-    """By the wall clock, and by processor time: the same once more, with that for a clock."""
-    row = ROWS[name]
-    row.measure(max(1, count // 20))  # imports, and memory that is touched for the first time
-    wall = row.measure(count)
+    """By processor time, and by the wall clock: the same once more."""
+    row, wall = ROWS[name], time.perf_counter
     time.perf_counter = time.process_time
-    return [wall, row.measure(count)]
+    try:
+        processor = row.measure(count)
+    finally:
+        time.perf_counter = wall
+    return [processor, row.measure(count)]
 
 
 if __name__ == "__main__":
-    print(json.dumps(measured(sys.argv[1], int(sys.argv[2]))))
+    for line in sys.stdin:
+        print(json.dumps(measured(sys.argv[1], int(line))), flush=True)
