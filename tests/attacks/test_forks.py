@@ -110,8 +110,9 @@ def look():
         log.close()
     logs.clear()
     a.send(Frame(2))
-    told.append(lab.run_for(0.1))
+    told.append(said(lambda: lab.run_for(0.1)))
     bus.end_trace()
+    lab.run_for(0.1)
     told.append(said(recorder.close))
     gc.collect()
     return told
@@ -126,7 +127,7 @@ frames = [one.content.id for one in open_log(f"{home}/recorded.log") if isinstan
 print(json.dumps([child, counts, frames, open(f"{home}/levels.vcd").read().count("$enddefinitions")]))
 """
     told, counts, frames, heads = ran(script, tmp_path)  # type: ignore[misc]
-    assert [FORKED in (text or "") for text in told] == [True] * 12 + [False, True]
+    assert [FORKED in (text or "") for text in told] == [True] * 14
     assert counts == [2] * 12
     assert (frames, heads) == ([1], 1)
 

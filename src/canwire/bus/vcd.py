@@ -33,10 +33,16 @@ class VcdTrace:
 
     def close(self) -> None:
         """Write the end of the trace and let the bus run at full speed again."""
-        if self._bus.bits.capture == self._change:
-            self._bus.bits.capture = None
-            self._bus.bitwise = False
+        if self.leave():
             self._file.write(f"#{self._bus.timeline.now_ns}\n")
+
+    def leave(self) -> bool:
+        """Let the bus run at full speed again, and write nothing; False if the trace has ended before."""
+        if self._bus.bits.capture != self._change:
+            return False
+        self._bus.bits.capture = None
+        self._bus.bitwise = False
+        return True
 
     def _change(self, time_ps: int, level: int) -> None:
         self._file.write(f"#{time_ps // 1000}\n{level}!\n")

@@ -57,7 +57,10 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         """Finish the VCD file, if one is being written."""
         if self._trace is not None:
             (trace, file), self._trace = self._trace, None
-            trace.close()
+            if file.left:
+                trace.leave()
+            else:
+                trace.close()
             file.close()
 
     def recent(self) -> list[tuple[str, FrameT]]:

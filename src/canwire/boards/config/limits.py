@@ -33,6 +33,9 @@ class LimitsConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         int,
         Meta(ge=1 << 22, le=1 << 30, description="bytes that may wait for a client to read them"),
     ] = 1 << 22
+    greeting_seconds: Annotated[
+        int, Meta(ge=1, le=86_400, description="seconds that a connection may take to say who it is")
+    ] = 30
 
 
 LIMITS = "limits"

@@ -96,6 +96,14 @@ class Engine:
         if self._loop is not None:
             self._loop.unwatch(source)
 
+    def remind(self, seconds: float, work: Callable[[], object]) -> None:
+        """Call back once, in so many seconds of the monotonic clock, whatever the bus time. Engine's thread only.
+
+        Never in virtual time, and not once closed.
+        """
+        if self._loop is not None:
+            self._loop.remind(seconds, work)
+
     def when_closed(self, callback: Callable[[], object]) -> None:
         """Call back once nothing more will happen, in the engine's thread."""
         self._when_closed.append(callback)

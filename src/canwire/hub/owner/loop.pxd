@@ -16,10 +16,16 @@ cdef class Loop:
     cdef public object wake, thread
     cdef object _engine, _posted, _poller
     cdef dict _watched
+    cdef list _reminders
+    cdef object _numbers
 
     cdef object _turn(self, object timeout)
 
     cdef object _work(self, list found)
+
+    cdef object _until_reminder(self, object timeout)
+
+    cdef object _remind(self)
 
     @cython.locals(events=int)
     cdef object _handle(self, Watched watched, int events)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Protocol
@@ -48,6 +51,8 @@ class Loop:
         self._posted = posted
         self._poller = Poller()
         self._watched: dict[int, Watched] = {}
+        self._reminders: list[tuple[float, int, Callable[[], object]]] = []  # a heap
+        self._numbers = itertools.count()
         self.watch(self.wake, self.wake.clear)
         self.thread = threading.Thread(target=self.run, name="canwire-hub", daemon=True)
 
@@ -68,6 +73,10 @@ class Loop:
             watched.active = False
             self._poller.unwatch(source.fileno())
 
+    def remind(self, seconds: float, work: Callable[[], object]) -> None:
+        """Call back once, when so many seconds of the monotonic clock have passed."""
+        heapq.heappush(self._reminders, (time.monotonic() + seconds, next(self._numbers), work))
+
     def run(self) -> None:
         """The thread's work, until `stopping`."""
         sharpen_sleep()
@@ -83,6 +92,8 @@ class Loop:
 
     def _turn(self, timeout: float | None) -> float | None:
         """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
+        if self._reminders:
+            timeout = self._until_reminder(timeout)
         found = self._poller.wait(0 if self._posted else timeout)
         if not self.pace.held:
             return self._work(found)
@@ -100,6 +111,8 @@ class Loop:
                 self._handle(watched, events)
             if self._posted:
                 self._engine.run_posted()
+        if self._reminders:
+            self._remind()
         timeout: float | None = _AFTER_FAILURE_S
         try:
             timeout = self.pace.run()
@@ -110,6 +123,18 @@ class Loop:
         except Exception as error:
             self._engine.report(error)
         return timeout
+
+    def _until_reminder(self, timeout: float | None) -> float:
+        left = max(0.0, self._reminders[0][0] - time.monotonic())
+        return left if timeout is None else min(timeout, left)
+
+    def _remind(self) -> None:
+        while self._reminders and self._reminders[0][0] <= time.monotonic():
+            work = heapq.heappop(self._reminders)[2]
+            try:
+                work()
+            except Exception as error:
+                self._engine.report(error)
 
     def _handle(self, watched: Watched, events: int) -> None:
         try:

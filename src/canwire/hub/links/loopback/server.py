@@ -39,14 +39,17 @@ class LoopbackServer(StreamServer):
         if len(self._strangers) >= _MOST_STRANGERS:
             next(iter(self._strangers)).close()
         self._strangers[stranger] = None
+        self._greetings.wait_for(stranger)
         stranger.open()
 
     def _known(self, stranger: Caller, process: int) -> None:
         del self._strangers[stranger]
+        self._greetings.over(stranger)
         self.let_in(LoopbackConnection(self._engine, stranger.socket, self._closed_one, process))
 
     def _strange(self, stranger: Caller) -> None:
         del self._strangers[stranger]
+        self._greetings.over(stranger)
         self.accept_again()
 
 
@@ -77,6 +80,10 @@ class Caller:
             self._engine.watch(self.socket, self._readable)
         except OSError:
             self.close()
+
+    def let_go(self, why: str) -> None:
+        """It has not shown who it is, and hears nothing."""
+        self.close()
 
     def close(self) -> None:
         self._engine.unwatch(self.socket)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
+from canwire.hub.links.stream.greetings import Greetings
 from canwire.hub.links.stream.outbox import Outbox
 from canwire.hub.owner.entrance import open_session, rung
 from canwire.hub.owner.limits import check_room, enough, no_descriptors
@@ -56,6 +57,7 @@ class Connection:
         self._requests: deque[bytes] = deque()
         self._limits = engine.world.limits
         self._outbox = Outbox(connection, self._limits.waiting_bytes)
+        self._greetings: Greetings | None = None
         self._session: Session | None = None
         self._doorbell: EventDescriptor | None = None
         self._closed = False
@@ -78,8 +80,10 @@ class Connection:
 
     # for the server
 
-    def open(self, beside: int = 0) -> None:
+    def open(self, greetings: Greetings, beside: int = 0) -> None:
         """Listen to the client, unless it has too many connections `beside` this one, or is somebody else's."""
+        self._greetings = greetings
+        greetings.wait_for(self)
         self._engine.watch(self._connection, self._readable)
         try:
             check_room(self._limits, "connections", beside, f"process {self.process}")
@@ -87,11 +91,17 @@ class Connection:
         except HubError as error:
             self._refuse(0, error)
 
+    def let_go(self, why: str) -> None:
+        """It has not said who it is."""
+        self._refuse(0, HubError(why))
+
     def close(self) -> None:
         """Give back all that this client held; a second time does nothing."""
         if self._closed:
             return
         self._closed = True
+        if self._greetings is not None:
+            self._greetings.over(self)
         self._engine.unwatch(self._connection)
         self._connection.close()
         self._outbox.close()
@@ -170,8 +180,7 @@ class Connection:
             )
         who = hello.name[:_LONGEST_NAME]
         name = "".join(letter if letter.isprintable() else "?" for letter in who)
-        with enough(f"{who} cannot connect"):
-            doorbell, passed = self._new_doorbell()
+        doorbell, passed = self._doorbell_for(who)
         try:
             self._session = open_session(
                 self._engine.world, name, self.process or hello.pid, self._notify, doorbell
@@ -183,6 +192,18 @@ class Connection:
             raise
         self._doorbell = doorbell
         self._send(serial, Welcome(VERSION, self._engine.time), passed)
+
+    def _doorbell_for(self, who: str) -> tuple[EventDescriptor, tuple[Descriptor, ...]]:
+        """A new one; callers that say nothing have to go if it takes the last descriptors."""
+        assert self._greetings is not None, "it was opened"
+        self._greetings.over(self)
+        with enough(f"{who} cannot connect"):
+            try:
+                return self._new_doorbell()
+            except OSError:
+                if not self._greetings.make_room():
+                    raise
+            return self._new_doorbell()
 
     def _ask(self, serial: int, request: Message) -> None:
         if self._session is None:

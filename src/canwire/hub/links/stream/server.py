@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadValue, HubLost
 from canwire.hub.links.stream.connection import Connection
+from canwire.hub.links.stream.greetings import Greetings
 from canwire.hub.owner.engine import VIRTUAL
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class StreamServer:
         self._listener = self._listen()
         self._connections: set[Connection] = set()
         self._processes: Counter[int] = Counter()
+        self._greetings = Greetings(engine)
         self._resting = False
         self._spare = open(os.devnull)  # noqa: SIM115
         self._closed = False
@@ -77,9 +79,9 @@ class StreamServer:
         try:
             caller, _ = self._listener.accept()
         except OSError as error:
-            if error.errno in _NO_DESCRIPTORS:
+            if error.errno in _NO_DESCRIPTORS and not self._greetings.make_room():
                 self._turn_away()
-            return  # else it has gone already
+            return  # else it has gone already, or is let in at the next turn
         self._came(caller)
 
     def let_in(self, connection: Connection) -> None:
@@ -87,7 +89,7 @@ class StreamServer:
         beside = self._processes[connection.process]
         self._processes[connection.process] += 1
         self._connections.add(connection)
-        connection.open(beside if connection.process else 0)
+        connection.open(self._greetings, beside if connection.process else 0)
 
     def _closed_one(self, connection: Connection) -> None:
         self._connections.discard(connection)

@@ -1,0 +1,62 @@
+"""Callers that have not said who they are: each has a limit of time, and has to go where descriptors run out."""
+
+from __future__ import annotations
+
+import time
+from itertools import islice
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from canwire.hub.owner.engine import Engine
+
+_ROOM = 4  # descriptors that the next caller needs: its connection's and its doorbell's
+
+
+class Silent(Protocol):
+    """A caller, as long as it is silent."""
+
+    def let_go(self, why: str) -> None:
+        """Hang up on it, and say why where it can be said; `over` is called on the way."""
+
+
+class Greetings:
+    """The silent callers of one server, oldest first. Everything runs in the engine's thread."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._limit_s = engine.world.limits.greeting_seconds
+        self._silent: dict[Silent, float] = {}  # when its time is over, by the monotonic clock
+        self._reminded = False
+
+    def wait_for(self, caller: Silent) -> None:
+        """From now on its time runs, whatever part of a greeting it sends."""
+        self._silent[caller] = time.monotonic() + self._limit_s
+        if not self._reminded:
+            self._remind(self._limit_s)
+
+    def over(self, caller: Silent) -> None:
+        """It has said who it is, or is gone; unknown ones are ignored."""
+        self._silent.pop(caller, None)
+
+    def make_room(self) -> bool:
+        """Descriptors have run out: the oldest have to go. False if nobody is silent."""
+        oldest = list(islice(self._silent, _ROOM))
+        for caller in oldest:
+            caller.let_go("the hub has no more descriptors, and you have not said who you are; connect again")
+        return bool(oldest)
+
+    def _remind(self, seconds: float) -> None:
+        self._reminded = True
+        self._engine.remind(seconds, self._look)
+
+    def _look(self) -> None:
+        self._reminded = False
+        now = time.monotonic()
+        for caller, ends in list(self._silent.items()):
+            if ends > now:
+                self._remind(ends - now)
+                return
+            caller.let_go(
+                f"no greeting within {self._limit_s} seconds; connect again, or set greeting_seconds under [limits] "
+                f"in the hub's canwire.toml"
+            )
