@@ -12,7 +12,7 @@ from pathlib import Path
 
 import canwire
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import play
+from canwire.campaigns.playing import Order, play
 
 TEXT = """
 import canwire
@@ -90,7 +90,7 @@ def one_run(path: Path, runs: int) -> float:
     campaign = Script.read(path).load()
     began = time.perf_counter()
     for number in range(runs):
-        play(campaign, number, 1)
+        play(campaign, Order(number), 1)
     return (time.perf_counter() - began) / runs
 
 

@@ -16,7 +16,7 @@ import canwire
 # Adding a name is a promise; taking one away breaks somebody's program.
 EXPORTED = """
 Gateway GatewayCounts GatewayRules
-Campaign CampaignRun Draw campaign repeat_run run_campaign
+Campaign CampaignRun Draw SmallestCause campaign repeat_run run_campaign shrink_run
 BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogLimits LogMark LogWriter MarkKind create_log log_dtype
 log_formats
 ChannelStatistics IdentifierStatistics LogStatistics log_statistics

@@ -102,6 +102,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.campaigns.parameters import Draw
     from canwire.campaigns.playing import CampaignRun
     from canwire.campaigns.running import repeat_run, run_campaign
+    from canwire.campaigns.shrinking.shrink import SmallestCause, shrink_run
     from canwire.core import core_mode
     from canwire.databases.checking import MessageCheck
     from canwire.databases.columns import SignalColumns
@@ -253,6 +254,7 @@ _NAMES = {
     "campaigns.parameters": "Draw",
     "campaigns.playing": "CampaignRun",
     "campaigns.running": "repeat_run run_campaign",
+    "campaigns.shrinking.shrink": "SmallestCause shrink_run",
     "core": "core_mode",
     "databases.columns": "SignalColumns",
     "databases.checking": "MessageCheck",
@@ -553,6 +555,7 @@ __all__ = [
     "Simulation",
     "SlcanReader",
     "SlotKind",
+    "SmallestCause",
     "Ticks",
     "TimeState",
     "TimedProgram",
@@ -631,6 +634,7 @@ __all__ = [
     "run_campaign",
     "save_configuration_request",
     "serve",
+    "shrink_run",
     "signals_end_waits",
     "start_line",
     "state_directory",

@@ -12,8 +12,8 @@ from unittest import mock
 import pytest
 
 from canwire import HubError, HubLost, run_campaign
-from canwire.campaigns.playing import CampaignRun, play
-from canwire.campaigns.running import script_of
+from canwire.campaigns.loading import script_of
+from canwire.campaigns.playing import CampaignRun, Order, play
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
 distributed = pytest.importorskip("distributed")
@@ -67,7 +67,7 @@ def test_a_scheduler_that_is_gone_is_a_sentence_and_the_runs_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def dying(client: object, *words: object) -> Iterator[list[CampaignRun]]:
-        yield [play(script_of(flips).load(), 0, 1)]
+        yield [play(script_of(flips).load(), Order(0), 1)]
         raise distributed.client.FutureCancelledError("play_batch-7", "scheduler-connection-lost", "Lost it.")
 
     flips = written(tmp_path, "flips.py", FLIPS)

@@ -40,6 +40,7 @@ NOT_RUN = {  # blocks that nothing here can run, by the words in front of them
     "two machines": "machines.md: another machine takes part",
 }
 INDENTED = {  # commands that stand in no block
+    r"canwire campaign late\.py .* --flip can0:108:41": "what --shrink printed",
     r"pip install .*|python3 -m venv .*": "installs: CI's own steps do that with a wheel and an sdist",
     r"canwire share /dev/ttyUSB0 .*": "an adapter: tests/drivers/slcan_dongle plays some",
     r"canwire slcan .*": "test_slcan.py has their words parsed, tests/commands/test_slcan.py starts them",

@@ -10,11 +10,11 @@ from typing import NamedTuple
 from canwire.campaigns.campaign import Campaign
 from canwire.campaigns.limit import GRACE_S, process_at_most
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import CampaignRun, play
+from canwire.campaigns.playing import CampaignRun, Order, play
 from canwire.errors import HubError
 from canwire.version import __version__
 
-Batch = tuple[int, ...]
+Batch = tuple[Order, ...]
 _MOST = 64
 _BATCHES_A_WORKER = 16  # of a short campaign: nobody is idle for long at its end
 
@@ -23,7 +23,7 @@ def batches(numbers: Sequence[int], workers: int) -> Iterator[Batch]:
     """`numbers` in pieces, small enough that workers end at about the same time."""
     size = max(1, min(_MOST, len(numbers) // (workers * _BATCHES_A_WORKER)))
     rest = iter(numbers)
-    while batch := tuple(islice(rest, size)):
+    while batch := tuple(map(Order, islice(rest, size))):
         yield batch
 
 
@@ -48,9 +48,9 @@ def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __vers
         )
     campaign = loaded(script)
     runs = []
-    for number in batch:
+    for order in batch:
         with process_at_most(rules.limit_s if rules.alone else None, rules.grace_s):
-            runs.append(play(campaign, number, rules.seed, limit_s=rules.limit_s))
+            runs.append(play(campaign, order, rules.seed, limit_s=rules.limit_s))
     return runs
 
 

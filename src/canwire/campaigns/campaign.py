@@ -44,6 +44,20 @@ class Campaign:
         """The file it stands in."""
         return Path(inspect.getfile(self.function))
 
+    @property
+    def path(self) -> str:
+        """The same, as tracebacks have it."""
+        return inspect.unwrap(self.function).__code__.co_filename
+
+    def default(self, name: str) -> Value | None:
+        """What the function takes for a parameter that nobody gives; None where it must be given."""
+        found = inspect.signature(self.function).parameters.get(name)
+        return (
+            found.default
+            if found is not None and isinstance(found.default, bool | int | float | str)
+            else None
+        )
+
     def __call__(self, lab: Lab, **parameters: Any) -> Figures | None:
         return self.function(lab, **parameters)
 

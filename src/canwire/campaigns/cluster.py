@@ -9,7 +9,7 @@ from typing import Any
 
 from canwire.campaigns.batches import Batch, Rules, batches, play_batch
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import CampaignRun, crashed
+from canwire.campaigns.playing import CampaignRun, Order, crashed
 from canwire.errors import BadValue, ExtraMissing, HubError, HubLost
 
 SCHEME = "dask://"
@@ -59,7 +59,7 @@ def _played(
     rules = rules._replace(alone=all(count == 1 for count in threads))
     rest = batches(numbers, workers)
     under_way: dict[Any, Batch] = {}
-    suspects: list[int] = []
+    suspects: list[Order] = []
 
     def submitted(handed: Iterable[Batch]) -> list[Any]:
         found = {client.submit(play_batch, script, batch, rules, pure=False): batch for batch in handed}
@@ -74,11 +74,11 @@ def _played(
             yield future.result()
         except killed:  # the scheduler blames all that a worker had when it died
             suspects += batch
-    for number in sorted(suspects):  # alone: if a worker dies now, it was this run
+    for order in sorted(suspects):  # alone: if a worker dies now, it was this run
         try:
-            yield submitted([(number,)])[0].result()
+            yield submitted([(order,)])[0].result()
         except killed:
-            yield [crashed(script.load(), number, rules.seed)]
+            yield [crashed(script.load(), order, rules.seed)]
 
 
 def _reason(error: Exception) -> str:

@@ -80,7 +80,8 @@ def _add(suite: Element, played: Played, run: CampaignRun) -> None:
     if kind := _kind(run):
         told = {"message": _legal(run.reason), "type": run.verdict}
         again = f"repeat it: {played.repetition(run.number)}"
-        SubElement(case, kind, told).text = _legal("\n".join(filter(None, [run.trace.rstrip(), again])))
+        parts = [run.trace.rstrip(), again, run.smallest]
+        SubElement(case, kind, told).text = _legal("\n".join(filter(None, parts)))
     if run.output:
         SubElement(case, "system-out").text = _legal(run.output)
 

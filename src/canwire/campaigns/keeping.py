@@ -19,7 +19,7 @@ from canwire.campaigns.batches import Batch, Rules, loaded
 from canwire.campaigns.loading import Script
 from canwire.campaigns.output import Output
 from canwire.campaigns.player import play_all
-from canwire.campaigns.playing import CampaignRun, crashed, late
+from canwire.campaigns.playing import CampaignRun, Order, crashed, late
 
 
 class _Left(Exception):
@@ -50,34 +50,32 @@ class _Keeper:
 
     def play(self, batch: Batch) -> None:
         """Play these; each run is sent as it comes."""
-        rest, suspect = list(batch), -1
+        rest: list[Order] = list(batch)
+        suspect: Order | None = None
         while rest:
             for run in self._until_broken(rest):
-                rest.remove(run.number)
+                del rest[0]
                 self._orders.send(run)
             if not rest:
                 return
             output = self.close()
             if rest[0] == suspect:  # in a process that had played nothing else, too
-                lost = replace(
-                    crashed(loaded(self._script), suspect, self._rules.seed), output=output, trace=output
-                )
-                del rest[0]
+                lost = crashed(loaded(self._script), rest.pop(0), self._rules.seed, output)
                 self._orders.send(lost)
             else:
                 suspect = rest[0]
 
-    def _until_broken(self, rest: list[int]) -> Iterator[CampaignRun]:
+    def _until_broken(self, rest: list[Order]) -> Iterator[CampaignRun]:
         """Until all is done, or the player is lost: its first run that is not done was under way."""
         if self._player is None:
             self._player = _Player(self._script, self._rules, self._orders)
         with contextlib.suppress(EOFError, OSError):
             self._player.pipe.send(tuple(rest))
-            for number in tuple(rest):
+            for order in tuple(rest):
                 run = self._next(self._player)
                 if run is None:
                     output = self.close()
-                    gone = late(loaded(self._script), number, self._rules.seed, self._rules.limit_s, output)
+                    gone = late(loaded(self._script), order, self._rules.seed, self._rules.limit_s, output)
                     yield replace(gone, output=output)
                     yield from self._until_broken(rest)
                     return

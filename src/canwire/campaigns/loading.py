@@ -49,3 +49,10 @@ class Script:
             what = f"no campaign {self.name!r}" if self.name or not found else "several campaigns, say which"
             raise BadValue(f"{self.path}: {what}: it has {names}")
         return found[self.name]
+
+
+def script_of(campaign: Campaign | str | Path, name: str = "") -> Script:
+    """The file a campaign is in. Raises OSError, BadValue."""
+    if isinstance(campaign, Campaign):
+        return Script.read(campaign.source, campaign.name)
+    return Script.read(campaign, name)

@@ -58,6 +58,7 @@ def _failures(played: Played, runs: Sequence[CampaignRun]) -> list[str]:
         found.append(
             f"<h3>{escape(verdict)}: {escape(reason)}</h3><p>{count} runs; the first is run {run.number}, "
             f"{escape(given)}.</p><pre>{escape(played.repetition(run.number))}</pre>"
+            + (f"<p>Its smallest cause:</p><pre>{escape(run.smallest)}</pre>" if run.smallest else "")
             + (
                 f"<details><summary>trace</summary><pre>{escape(run.trace)}</pre></details>"
                 if run.trace

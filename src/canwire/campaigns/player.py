@@ -10,7 +10,7 @@ import sys
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
-from canwire.campaigns.batches import Rules, loaded
+from canwire.campaigns.batches import Batch, Rules, loaded
 from canwire.campaigns.loading import Script
 from canwire.campaigns.output import Output
 from canwire.campaigns.playing import play
@@ -38,11 +38,11 @@ def play_all(
     pipe.send(None)
     while True:
         try:
-            batch: tuple[int, ...] = pipe.recv()
+            batch: Batch = pipe.recv()
         except EOFError:
             return
-        for number in batch:
-            run = play(campaign, number, rules.seed, limit_s=rules.limit_s)
+        for order in batch:
+            run = play(campaign, order, rules.seed, limit_s=rules.limit_s)
             if os.getpid() != here:  # a run has forked, and its child came back: it is nobody's player
                 os._exit(0)
             pipe.send(run if output is None else replace(run, output=output.taken()))

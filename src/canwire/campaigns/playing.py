@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import re
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from types import TracebackType
+from typing import Any, NamedTuple
 
+from canwire.bus.can.faults.faults import Faults
 from canwire.campaigns.campaign import Campaign, Figures
+from canwire.campaigns.change import Change, Chosen, flip_of
 from canwire.campaigns.limit import TooLong, at_most
 from canwire.campaigns.parameters import Value
 from canwire.errors import BadValue, NotReceived, NotTransmitted
@@ -18,6 +24,7 @@ from canwire.lab.can.bus import LabBus
 from canwire.values.checks import shown
 from canwire.values.text import LogLine, format_log_line
 
+_FAULT = re.compile(r'^  File "(.*)", line (\d+) in (.*)$', re.MULTILINE)
 _VERDICTS_OF_TESTS = (AssertionError, NotReceived, NotTransmitted)
 
 
@@ -29,7 +36,8 @@ class CampaignRun:
     KeyboardInterrupt included), "crashed" (its process ended) or "timeout" (it took longer than it may); `reason`
     says why. `digest` is of every frame on every bus with its time, in hexadecimal: two runs with one digest were
     the same. Not part of the table: `trace`, the traceback; `output`, the last 65,536 bytes that it printed in a
-    process of this machine; `wall_s`, the seconds that it took.
+    process of this machine; `wall_s`, the seconds that it took; `place`, the exception and the line of the campaign's
+    file that it came from; `smallest`, its smallest cause in words, where that was looked for.
     """
 
     number: int
@@ -45,17 +53,41 @@ class CampaignRun:
     trace: str = field(default="", compare=False)
     output: str = field(default="", compare=False)
     wall_s: float = field(default=0.0, compare=False)
+    place: str = field(default="", compare=False)
+    smallest: str = field(default="", compare=False)
+    took: dict[str, dict[int, str]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def passed(self) -> bool:
         return self.verdict == "passed"
 
 
-class _Watched(Lab):
-    """A lab that keeps a digest of what goes over its buses, and the lines of a log where they are wanted."""
+class Order(NamedTuple):
+    """A run that is to be played: its number, and what is different from that run (None: nothing).
 
-    def __init__(self, seed: int, log: bool) -> None:
+    `words`: what took place of its frames and faults is wanted in words. `until_ns`: it is given up where its lab is
+    asked for more time after that.
+    """
+
+    number: int
+    change: Change | None = None
+    words: bool = False
+    until_ns: int | None = None
+
+
+class _Watched(Lab):
+    """A lab that keeps a digest of what goes over its buses, and the lines of a log where they are wanted.
+
+    With `until_ns` it lets no more time begin to pass after that.
+    """
+
+    def __init__(self, seed: int, log: bool, order: Order) -> None:
         super().__init__(seed=seed)
+        self._until_ns = order.until_ns
+        change = order.change
+        self.chosen = None if change is None else Chosen(change.only, order.words)
+        self.selection = self.chosen
+        self._flips = [] if change is None else [flip_of(text) for text in change.flips]
         self.digest = hashlib.sha256()
         self.lines: list[tuple[int, str]] | None = [] if log else None
 
@@ -67,8 +99,24 @@ class _Watched(Lab):
             self.digest.update(record)
 
         bus.tell(witness)
-        if self.lines is not None and isinstance(bus, LabBus):
+        if not isinstance(bus, LabBus):
+            return
+        if self.lines is not None:
             bus.remember(1 << 24)
+        for _, id, extended, bit in (flip for flip in self._flips if flip.bus == bus.name):
+            Faults.flip(bus.faults, bit=bit, frame_id=id, extended=extended)  # none of the script's own
+
+    def run_until(self, time_ns: int) -> None:
+        self._check_time()
+        super().run_until(time_ns)
+
+    def advance(self, deadline_ns: int, ready: Callable[[], bool]) -> bool:
+        self._check_time()
+        return super().advance(deadline_ns, ready)
+
+    def _check_time(self) -> None:
+        if self._until_ns is not None and self.now_ns > self._until_ns:
+            raise TooLong
 
     def log(self) -> list[str]:
         """All frames of the CAN buses, in the order of their ends, as lines of a candump log."""
@@ -83,45 +131,58 @@ class _Watched(Lab):
 
 def play(
     campaign: Campaign,
-    number: int,
+    order: Order,
     seed: int,
     *,
     log: list[str] | None = None,
     limit_s: float | None = None,
 ) -> CampaignRun:
-    """Run number `number` of a campaign that was started with `seed`, for `limit_s` seconds at most (None: any).
+    """A run of a campaign that was started with `seed`, for `limit_s` seconds at most (None: any).
 
     Its frames go into `log` as lines of a candump log.
     """
     try:
         with at_most(limit_s):
-            return _play(campaign, number, seed, log)
+            return _play(campaign, order, seed, log)
     except TooLong as error:
-        return late(campaign, number, seed, limit_s, "".join(traceback.format_exception(error)))
+        return late(campaign, order, seed, limit_s, "".join(traceback.format_exception(error)))
 
 
-def late(campaign: Campaign, number: int, seed: int, limit_s: float | None, trace: str = "") -> CampaignRun:
+def late(campaign: Campaign, order: Order, seed: int, limit_s: float | None, trace: str = "") -> CampaignRun:
     """What there is to say of a run that took too long: nothing that depends on how far it came."""
-    own_seed = campaign.seed_of(number, seed)
-    parameters = campaign.space.at(number, own_seed)
-    return CampaignRun(number, own_seed, parameters, "timeout", f"longer than {limit_s:g} s", trace=trace)
+    own_seed, parameters = _beginning(campaign, order, seed)
+    how_long = "in its lab" if limit_s is None else f"than {limit_s:g} s"
+    return CampaignRun(order.number, own_seed, parameters, "timeout", f"longer {how_long}", trace=trace)
 
 
-def crashed(campaign: Campaign, number: int, seed: int) -> CampaignRun:
-    """What there is to say of a run whose process ended."""
-    own_seed = campaign.seed_of(number, seed)
+def crashed(campaign: Campaign, order: Order, seed: int, output: str = "") -> CampaignRun:
+    """What there is to say of a run whose process ended; its `output` may say where."""
+    own_seed, parameters = _beginning(campaign, order, seed)
     return CampaignRun(
-        number, own_seed, campaign.space.at(number, own_seed), "crashed", "its process ended by itself"
+        order.number,
+        own_seed,
+        parameters,
+        "crashed",
+        "its process ended by itself",
+        trace=output,
+        output=output,
+        place=_place_of_crash(campaign, output),
     )
 
 
-def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> CampaignRun:
+def _beginning(campaign: Campaign, order: Order, seed: int) -> tuple[int, dict[str, Value]]:
+    """Its own seed and its parameters."""
+    own_seed = campaign.seed_of(order.number, seed)
+    own = campaign.space.at(order.number, own_seed)
+    return own_seed, own if order.change is None else order.change.parameters(own)
+
+
+def _play(campaign: Campaign, order: Order, seed: int, log: list[str] | None) -> CampaignRun:
     began = time.perf_counter()
-    own_seed = campaign.seed_of(number, seed)
-    parameters = campaign.space.at(number, own_seed)
-    lab = _Watched(own_seed, log is not None)
+    own_seed, parameters = _beginning(campaign, order, seed)
+    lab = _Watched(own_seed, log is not None, order)
     figures: dict[str, Value] = {}
-    verdict, reason, trace = "passed", "", ""
+    verdict, reason, trace, place = "passed", "", "", ""
     try:
         figures = _checked(campaign(lab, **parameters), parameters)
     except TooLong:
@@ -129,10 +190,11 @@ def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> 
     except BaseException as error:  # sys.exit() and its like are the run's, too: the campaign goes on
         verdict, reason = _judged(error)
         trace = "".join(traceback.format_exception(error))
+        place = f"{type(error).__name__}{_place(campaign, error.__traceback__)}"
     if log is not None:
         log += lab.log()
     run = CampaignRun(
-        number,
+        order.number,
         own_seed,
         parameters,
         verdict,
@@ -144,9 +206,28 @@ def _play(campaign: Campaign, number: int, seed: int, log: list[str] | None) -> 
         lab.digest.hexdigest()[:32],
         trace,
         wall_s=time.perf_counter() - began,
+        place=place,
+        took={} if lab.chosen is None else lab.chosen.took,
     )
     lab.close()
     return run
+
+
+def _place(campaign: Campaign, trace: TracebackType | None) -> str:
+    """The innermost line of the campaign's own file."""
+    path, found = campaign.path, ""
+    for frame, line in traceback.walk_tb(trace):
+        if frame.f_code.co_filename == path:
+            found = f" in {frame.f_code.co_name}, line {line} of {os.path.basename(path)}"
+    return found
+
+
+def _place_of_crash(campaign: Campaign, output: str) -> str:
+    """As faulthandler tells it: the innermost line comes first."""
+    for path, line, name in _FAULT.findall(output):
+        if path == campaign.path:
+            return f"crash in {name}, line {line} of {os.path.basename(path)}"
+    return ""
 
 
 def _judged(error: BaseException) -> tuple[str, str]:

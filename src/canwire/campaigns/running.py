@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from canwire.campaigns.batches import Rules
 from canwire.campaigns.campaign import MOST_RUNS, Campaign
+from canwire.campaigns.change import Change
 from canwire.campaigns.cluster import in_cluster
 from canwire.campaigns.journal import Journal, journal_of
 from canwire.campaigns.junit import Played, check_report, write_junit
 from canwire.campaigns.limit import limit_of
-from canwire.campaigns.loading import Script
+from canwire.campaigns.loading import Script, script_of
 from canwire.campaigns.page import write_page
-from canwire.campaigns.playing import CampaignRun, play
+from canwire.campaigns.parameters import Value
+from canwire.campaigns.playing import CampaignRun, Order, play
+from canwire.campaigns.shrinking.shrink import smallest_cause
 from canwire.campaigns.table import check_table, write
 from canwire.campaigns.workers import in_processes
+from canwire.errors import BadValue
 from canwire.values.checks import whole
 
 _MOST_WORKERS = 4096
 _MOST_SEED = 1 << 63
-
-
-def script_of(campaign: Campaign | str | Path, name: str = "") -> Script:
-    """The file a campaign stands in. Raises OSError, BadValue."""
-    if isinstance(campaign, Campaign):
-        return Script.read(campaign.source, campaign.name)
-    return Script.read(campaign, name)
+_MOST_SHRUNK = 5
 
 
 def run_campaign(
@@ -40,6 +40,7 @@ def run_campaign(
     results: str | Path | None = None,
     time_limit: float | None = None,
     report: str | Path | None = None,
+    shrink: int = 0,
     told: Callable[[CampaignRun], object] | None = None,
 ) -> list[CampaignRun]:
     """Play a campaign, or the only one in a file; what came of each run, in the order of their numbers.
@@ -50,6 +51,8 @@ def run_campaign(
     journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
     `report` is an .xml file for the same as JUnit XML, or an .html file for a page that shows which parameters fail;
     it is written when the table is, whole as that is.
+    `shrink` looks for the smallest cause of the first run of each failure, of five failures at most, with up to so many
+    runs each (0: does not); `shrink_run` says how. It is in `smallest` of that run, and in the report.
     `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
     `time_limit` seconds (None: any) is ended, and its verdict is "timeout". Each worker reads the file anew: a script
     that calls this guards it by `if __name__ == "__main__"`.
@@ -68,6 +71,8 @@ def run_campaign(
             if told is not None:
                 for run in batch:
                     told(run)
+        if shrink:
+            account.shrink(shrink, time_limit)
     finally:
         account.close()
     return [account.done[number] for number in sorted(account.done)]
@@ -84,6 +89,7 @@ class _Account:
         results: str | Path | None,
         report: str | Path | None,
     ) -> None:
+        self._script = script
         self._played = played
         self._count = count
         self._results = None if results is None else check_table(results)
@@ -102,6 +108,21 @@ class _Account:
         self.done.update({run.number: run for run in batch})
         if self._journal is not None:
             self._journal.write(batch)
+
+    def shrink(self, most_runs: int, time_limit: float | None) -> None:
+        """The first run of each failure gets its smallest cause; a run that now passes says so there."""
+        first: dict[tuple[str, str], CampaignRun] = {}
+        for _, run in sorted(self.done.items()):
+            if not run.passed:
+                first.setdefault((run.verdict, run.place), run)
+        for run in islice(first.values(), _MOST_SHRUNK):
+            try:
+                words = str(
+                    smallest_cause(self._script, run.number, self._played.seed, most_runs, time_limit)
+                )
+            except BadValue as error:
+                words = str(error)
+            self.done[run.number] = replace(run, smallest=words)
 
     def close(self) -> None:
         """Write the report and the table; the journal goes once everything in it is there."""
@@ -122,15 +143,26 @@ def repeat_run(
     seed: int = 1,
     name: str = "",
     time_limit: float | None = None,
+    given: Mapping[str, Value] | None = None,
+    only: Mapping[str, Iterable[int] | str] | None = None,
+    flips: Iterable[str] = (),
 ) -> tuple[CampaignRun, list[str]]:
     """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log.
+
+    With `given` it has other parameters, and of the kinds in `only`, "frames", "faults" and "noise", just those with
+    these numbers take place, counted from 0 as the script asks for them, which may be text such as "3,7-9" or "none":
+    as `shrink_run` says. `flips` are bits that are inverted besides, as "can0:103:45": bit 45 of the first frame
+    0x103 on bus can0.
 
     A KeyboardInterrupt is its verdict, as of any run: Ctrl-C shows where it was. After `time_limit` seconds it is
     ended (None: never), as soon as it comes to a step of Python.
     """
     log: list[str] = []
     script, limit_s = script_of(campaign, name), limit_of(time_limit)
-    run = play(script.load(), number, whole("seed", seed, 0, _MOST_SEED), log=log, limit_s=limit_s)
+    change = Change.of(given, only, flips) if given or only or flips else None
+    run = play(
+        script.load(), Order(number, change), whole("seed", seed, 0, _MOST_SEED), log=log, limit_s=limit_s
+    )
     return run, log
 
 

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection, wait
 from canwire.campaigns.batches import Batch, Rules, batches
 from canwire.campaigns.keeping import keep
 from canwire.campaigns.loading import Script
-from canwire.campaigns.playing import CampaignRun, crashed
+from canwire.campaigns.playing import CampaignRun, Order, crashed
 from canwire.errors import HubError
 
 
@@ -22,10 +22,10 @@ def in_processes(
     Raises HubError where a process ends before it can play: the file cannot be loaded there.
     """
     rest = batches(numbers, workers)
-    crew: dict[Connection, _Worker] = {}
+    crew: dict[Connection, Worker] = {}
     try:
         for batch in _first(rest, workers):
-            _employ(crew, _Worker(script, rules), batch)
+            _employ(crew, Worker(script, rules), batch)
         while crew:
             for pipe in wait(list(crew)):
                 worker = crew[pipe]  # type: ignore[index]
@@ -49,12 +49,12 @@ def _first(rest: Iterator[Batch], count: int) -> Iterator[Batch]:
             yield batch
 
 
-def _employ(crew: dict[Connection, _Worker], worker: _Worker, batch: Sequence[int]) -> None:
+def _employ(crew: dict[Connection, Worker], worker: Worker, batch: Batch) -> None:
     crew[worker.pipe] = worker
     worker.play(batch)
 
 
-def _continue(crew: dict[Connection, _Worker], worker: _Worker, batch: Batch | None) -> None:
+def _continue(crew: dict[Connection, Worker], worker: Worker, batch: Batch | None) -> None:
     if batch is not None:
         worker.play(batch)
     else:
@@ -63,7 +63,7 @@ def _continue(crew: dict[Connection, _Worker], worker: _Worker, batch: Batch | N
 
 
 def _replace(
-    crew: dict[Connection, _Worker], dead: _Worker, rest: Iterator[Batch], script: Script, rules: Rules
+    crew: dict[Connection, Worker], dead: Worker, rest: Iterator[Batch], script: Script, rules: Rules
 ) -> Iterator[list[CampaignRun]]:
     """What `dead` had left is another's; a run that was the first of two such workers has ended them both."""
     suspect = dead.rest[0] if dead.rest else None
@@ -71,28 +71,28 @@ def _replace(
         dead.rest.popleft()
         yield [crashed(script.load(), suspect, rules.seed)]
     if batch := tuple(dead.rest) or next(rest, ()):
-        _employ(crew, _Worker(script, rules, suspect), batch)
+        _employ(crew, Worker(script, rules, suspect), batch)
 
 
-class _Worker:
+class Worker:
     """A keeper's process, as the campaign sees it. `suspect`: the run at which the one before it was lost."""
 
-    def __init__(self, script: Script, rules: Rules, suspect: int | None = None) -> None:
+    def __init__(self, script: Script, rules: Rules, suspect: Order | None = None) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=keep, args=(theirs, script, rules))
         self.process.start()
         theirs.close()
-        self.rest: deque[int] = deque()
+        self.rest: deque[Order] = deque()
         self.suspect = suspect
         self.lost = False
         self._ready = False
 
-    def play(self, batch: Sequence[int]) -> None:
+    def play(self, batch: Batch) -> None:
         """Hand out the next batch."""
         self.rest = deque(batch)
         try:
-            self.pipe.send(tuple(batch))
+            self.pipe.send(batch)
         except OSError:  # it has ended, which the next read finds
             self.lost = True
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from canwire.errors import BadValue, Closed, NotIdle, WrongState
 from canwire.forks import hear_of_forks
 from canwire.held_time import HeldTime
+from canwire.lab.selection import Selection
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
 from canwire.values.checks import LONGEST_NS, nanoseconds, pace, whole
@@ -30,7 +31,10 @@ class LabTime:
     """What a bench's buses and nodes know of their bench; it knows none of them.
 
     `pacer` is None in virtual time. `waiters` are the tasks that wait for something to happen, with their deadlines.
+    `selection` leaves some of the script's frames and faults out, if there is one.
     """
+
+    selection: Selection | None = None
 
     def __init__(self, time: str) -> None:
         if time not in ("virtual", "real"):

@@ -7,6 +7,8 @@ canwire campaign flips.py --report flips.xml           the same as JUnit XML, fo
 canwire campaign flips.py --report flips.html          a page: which parameters fail, durations, the first failures
 canwire campaign flips.py --time-limit 60              a run that takes longer is ended, the others go on
 canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
+canwire campaign flips.py --shrink                     of each failure the smallest cause: faults, frames, values
+canwire campaign flips.py --repeat 4711 --shrink       the same of one run
 canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
 
 FILE.py has a function under @canwire.campaign(...), which says what is varied. Runs that are done are kept in a journal
@@ -19,9 +21,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from canwire import CampaignRun, repeat_run, run_campaign
+from canwire import BadValue, CampaignRun, repeat_run, run_campaign, shrink_run
 from canwire.commands.campaign.progress import Progress
 
+_TRIALS = 500
 _SHOWN = 10  # runs that did not pass, in words
 
 
@@ -39,13 +42,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
     parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml, or a page, as .html")
+    parser.add_argument(
+        "--shrink", type=int, nargs="?", const=_TRIALS, metavar="RUNS",
+        help=f"look for the smallest cause of a failure, with at most so many runs (default: {_TRIALS})",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="with --repeat: another parameter"
+    )
+    parser.add_argument(
+        "--only", action="append", default=[], metavar="KIND=NUMBERS",
+        help="with --repeat: of its frames, faults or bits of noise only these take place, as frames=3,7-9 or none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--flip", action="append", default=[], metavar="BUS:ID:BIT",
+        help="with --repeat: invert this bit of the first frame with this identifier",
+    )  # fmt: skip
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Play, and print the account."""
     if arguments.repeat is not None:
-        return _again(arguments)
+        return _again(arguments) if arguments.shrink is None else _shrunk(arguments)
+    if arguments.set or arguments.only or arguments.flip:
+        raise BadValue("--set, --only and --flip change one run: give its number with --repeat")
     progress = Progress()
     try:
         runs = run_campaign(
@@ -57,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
             results=arguments.results,
             time_limit=arguments.time_limit,
             report=arguments.report,
+            shrink=arguments.shrink or 0,
             told=progress.count,
         )
     finally:
@@ -71,12 +92,36 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{len(runs)} runs: {len(runs) - len(bad)} passed, {len(bad)} did not")
     if bad:
         print(f"again: canwire campaign {arguments.file} --seed {arguments.seed} --repeat {bad[0].number}")
+    for one in bad:
+        if one.smallest:
+            print(f"run {one.number} {one.smallest}")
     return 1 if bad else 0
+
+
+def _shrunk(arguments: argparse.Namespace) -> int:
+    if arguments.set or arguments.only or arguments.flip or arguments.log:
+        raise BadValue("--shrink begins with the run as it was: without --set, --only, --flip and --log")
+    smallest = shrink_run(
+        arguments.file,
+        arguments.repeat,
+        seed=arguments.seed,
+        most_runs=arguments.shrink,
+        time_limit=arguments.time_limit,
+    )
+    print(_line(smallest.run))
+    print(f"run {arguments.repeat} {smallest}")
+    return 1
 
 
 def _again(arguments: argparse.Namespace) -> int:
     one, log = repeat_run(
-        arguments.file, arguments.repeat, seed=arguments.seed, time_limit=arguments.time_limit
+        arguments.file,
+        arguments.repeat,
+        seed=arguments.seed,
+        time_limit=arguments.time_limit,
+        given=dict(_pair(text, "--set") for text in arguments.set),
+        only=dict(_pair(text, "--only") for text in arguments.only),
+        flips=arguments.flip,
     )
     if arguments.log is not None:
         Path(arguments.log).write_text("".join(line + "\n" for line in log), encoding="utf-8", newline="\n")
@@ -88,6 +133,13 @@ def _again(arguments: argparse.Namespace) -> int:
         f"  {one.frames} frames, {one.error_frames} error frames in {one.bus_time_ns / 1e9:.6f} s; digest {one.digest}"
     )
     return 0 if one.passed else 1
+
+
+def _pair(text: str, option: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise BadValue(f"{option} {text}: NAME=VALUE")
+    return name, value
 
 
 def _line(one: CampaignRun) -> str:

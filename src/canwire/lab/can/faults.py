@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
+from functools import partial
 from typing import Any
 
 from canwire.boards.can.line import Line
 from canwire.boards.catalogue import plug, unplug
 from canwire.boards.islands import Islands
 from canwire.bus.can.bus import CanBus
+from canwire.bus.can.faults.disturbance import Changes
 from canwire.bus.can.faults.faults import Fault, Faults
+from canwire.bus.can.faults.forcing import When
 from canwire.bus.can.node import Node
+from canwire.bus.scripted import Scripted
 from canwire.lab.can.node import CanBenchNode
+from canwire.lab.selection import FAULTS, NOISE, call, selected
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
 
@@ -24,6 +30,8 @@ class LabFaults(Faults):
         self._time = time
         self._home = bus
         self._islands: Islands[Line, CanBus] = Islands(time.timeline, CanBus, plug, unplug)
+        if time.selection is not None:
+            self.inverts = partial(time.selection.takes, NOISE)
 
     def flip(
         self,
@@ -37,7 +45,30 @@ class LabFaults(Faults):
         """Invert one bit of matching frames for `seen_by`: "all", "receivers", "sender" or one node."""
         viewer = self._controller(seen_by) if isinstance(seen_by, CanBenchNode) else seen_by
         with self._touch():
-            return super().flip(bit=bit, frame_id=frame_id, extended=extended, times=times, seen_by=viewer)
+            fault = super().flip(bit=bit, frame_id=frame_id, extended=extended, times=times, seen_by=viewer)
+        given = {"bit": bit, "frame_id": frame_id, "extended": extended, "times": times, "seen_by": seen_by}
+        return selected(self._time.selection, fault, partial(self._words, "flip", given))
+
+    def add_noise(self, bit_error_rate: float) -> Scripted:
+        """Noise beside what there is already."""
+        noise = super().add_noise(bit_error_rate)
+        given = {"bit_error_rate": bit_error_rate}
+        return selected(self._time.selection, noise, partial(self._words, "noise", given))
+
+    def _add(
+        self, at: When, shape: Callable[[int, int], Changes], seen_by: object, times: int | None
+    ) -> Scripted:
+        forced = super()._add(at, shape, seen_by, times)
+        given = {"at": at, "seen_by": seen_by, "times": times}
+        return selected(self._time.selection, forced, partial(self._words, "a forced level", given))
+
+    def _words(self, name: str, given: Mapping[str, object]) -> str:
+        return f"{self._home.name}: {call(name, given)}"
+
+    def _takes(self, name: str, **given: object) -> bool:
+        """Does what has no object of its own take place?"""
+        selection = self._time.selection
+        return selection is None or selection.takes(FAULTS, partial(self._words, name, given))
 
     def _controller(self, node: object) -> Node:
         if not isinstance(node, CanBenchNode):
@@ -55,8 +86,9 @@ class LabFaults(Faults):
     def disconnect(self, node: CanBenchNode[Any]) -> None:
         """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
         instance("node", node, CanBenchNode)
-        with self._time.touch():
-            self._islands.pull(node.line, node.name)
+        if self._takes("disconnect", node=node):
+            with self._time.touch():
+                self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: CanBenchNode[Any]) -> None:
         """Put the plug back; the node waits for 11 recessive bits, as after a start."""
@@ -66,8 +98,9 @@ class LabFaults(Faults):
 
     def short(self) -> None:
         """Short the wires: the bus is dominant until `clear_short`."""
-        with self._time.touch():
-            super().short()
+        if self._takes("short"):
+            with self._time.touch():
+                super().short()
 
     def clear_short(self) -> None:
         """Take the short away."""

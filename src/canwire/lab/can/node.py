@@ -10,14 +10,16 @@ from canwire.boards.can.line import Line
 from canwire.drivers.driver import Counters, Driver, LineSettings
 from canwire.errors import BadValue, BusOff, NotTransmitted
 from canwire.lab.node import BenchNode
+from canwire.lab.selection import FRAMES
 from canwire.lab.time import LabTime
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
 from canwire.values.checks import LONGEST_NS, instance, whole
 from canwire.values.event import BusEvent, ErrorState, EventKind
-from canwire.values.frame import Frame
+from canwire.values.frame import Frame, frame_of_record
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 from canwire.values.records import check_dtype
+from canwire.values.text import format_frame
 
 if TYPE_CHECKING:
     import numpy
@@ -49,7 +51,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         super().__init__(time, bus, name, line.name, ring, ring.take_frame)
         self.line = line
         self.settings = settings
-        self._paced = time.pacer is not None
+        self._plain = time.pacer is None and time.selection is None
         self._flags = SELF_RECEPTION if self_reception else 0
         self._events: Channel | None = None
         line.controller.name = name
@@ -82,11 +84,11 @@ class CanBenchNode(BenchNode[Frame, BusT]):
             self._check_open()
         if not 0 <= delay_ns <= LONGEST_NS:
             raise BadValue(f"delay_ns {delay_ns}: from 0 to {LONGEST_NS}")
-        if self._paced:
+        if self._plain:
+            self.line.send(self._channel, frame, flags, delay_ns)
+        elif self._takes(frame):
             with self.time.touch():
                 self.line.send(self._channel, frame, flags, delay_ns)
-        else:
-            self.line.send(self._channel, frame, flags, delay_ns)
         if self.time.waiters:
             self.time.active()
 
@@ -105,10 +107,25 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         """
         self._check_open()
         check_dtype(records)
+        if self.time.selection is not None:
+            return self._send_selected(records)
         with self.time.touch():
             count = self.line.send_records(self._channel, records, self._flags)
         self.time.active()
         return count
+
+    def _send_selected(self, records: numpy.ndarray) -> int:
+        places = [at for at in range(len(records)) if self._takes(frame_of_record(records[at].tobytes()))]
+        count = self.line.send_records(self._channel, records[places], self._flags)
+        self.time.active()
+        return places[count] if count < len(places) else len(records)
+
+    def _takes(self, frame: Frame) -> bool:
+        """Is it sent? A frame that is left out counts as taken, and never reaches the queue."""
+        selection = self.time.selection
+        return selection is None or selection.takes(
+            FRAMES, lambda: f"{self._full_name}: {format_frame(frame)}"
+        )
 
     async def send_async(
         self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False
@@ -120,6 +137,8 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         """
         outcome: list[tuple[bool, int]] = []
         self._check_open()
+        if not self._takes(frame):
+            return self.time.now_ns
         flags = (
             CONFIRM
             | self._flags

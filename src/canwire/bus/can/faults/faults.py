@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from canwire.bus.can.bit_layout import BitLayout
@@ -19,6 +20,7 @@ from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
 from canwire.values.frame import Frame, frame_of_record
+from canwire.values.text import format_frame
 
 SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
 
@@ -52,7 +54,10 @@ class Noise(Scripted):
 
 
 class Faults(Forcing):
-    """Everything that goes wrong on one bus, by script or by chance; what levels are forced stands in forcing.py."""
+    """Everything that goes wrong on one bus, by script or by chance; what levels are forced stands in forcing.py.
+
+    `inverts`, where there is one, is asked about each bit that noise is about to invert, with words for it.
+    """
 
     def __init__(self, bus: CanBus, seed: int) -> None:
         super().__init__(bus)
@@ -61,6 +66,7 @@ class Faults(Forcing):
         self._noises: list[Noise] = []
         self._noise = 0.0
         self._active: tuple[Fault, int] | None = None
+        self.inverts: Callable[[Callable[[], str]], bool] | None = None
 
     def __repr__(self) -> str:
         scripted = sum(fault.times != 0 for fault in self._faults)
@@ -152,12 +158,20 @@ class Faults(Forcing):
         self._bus.noise_left = self._next_noise()
         self._ask_bits()
 
-    def _strike_by_noise(self) -> None:
-        """One of the noises inverts a bit."""
+    def _strike_by_noise(self, node: Node, index: int) -> bool:
+        """One of the noises inverts a bit, if it may."""
         rates = [noise.rate for noise in self._noises]
         self._bus.noise_left = self._next_noise()
+        if self.inverts is not None and not self.inverts(lambda: self._bit(node, index)):
+            return False
         noises = self._noises if len(rates) < 2 else self._random.choices(self._noises, rates)
         noises[0].strike()
+        return True
+
+    def _bit(self, node: Node, index: int) -> str:
+        box = node.contending
+        of = "a frame" if box is None else format_frame(frame_at_box(box))
+        return f"{self._bus.name}: bit {index} of {of} from {node.name} at {self._bus.timeline.now_ns} ns"
 
     def short(self) -> None:
         """Short the wires: the bus is dominant until `clear_short`."""
@@ -225,8 +239,7 @@ class Faults(Forcing):
         bus = self._bus
         if bus.noise_left >= 0:
             bus.noise_left -= 1
-            if bus.noise_left < 0:
-                self._strike_by_noise()
+            if bus.noise_left < 0 and self._strike_by_noise(node, index):
                 return EVERYBODY
         if bus.bits.undisturbed:
             self._active = None
