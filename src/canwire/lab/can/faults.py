@@ -14,8 +14,10 @@ from canwire.bus.can.node import Node
 from canwire.lab.can.node import CanBenchNode
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
+from canwire.values.wrong_names import answers_wrong_names
 
 
+@answers_wrong_names
 class LabFaults(Faults):
     """bus/can/faults/faults.py, with nodes of the bench and with plugs that can be pulled."""
 
