@@ -366,7 +366,10 @@ def _load(name: str) -> object:
     if name in _MODULES:
         return import_module(f"canwire.{name}")
     if name not in _PLACES:
-        raise AttributeError(f"module 'canwire' has no attribute {name!r}")
+        from canwire.values.wrong_names import OF_THE_DOOR  # for mistakes alone
+
+        advice = f": {OF_THE_DOOR[name]}" if name in OF_THE_DOOR else ""
+        raise AttributeError(f"module 'canwire' has no attribute {name!r}{advice}")
     found: object = getattr(import_module(f"canwire.{_PLACES[name]}"), name)
     globals()[name] = found  # the next time at full speed
     return found

@@ -58,7 +58,7 @@ BAD = [
     ("1234#11", "identifier '1234'"),
     ("xyz#11", "identifier 'xyz'"),
     ("١٢٣#11", "identifier"),
-    ("800#", "0x800"),
+    ("800#", "identifier 800"),
     ("52345678#", "29 bits"),
     ("123#1", "data '1' must be pairs"),
     ("123#1g", "data '1g' must be pairs"),

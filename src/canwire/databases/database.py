@@ -15,9 +15,10 @@ from canwire.databases.near import near
 from canwire.databases.values_in import chosen_signals, complete
 from canwire.errors import BadValue
 from canwire.values.acceptance import Acceptance, id_pair
-from canwire.values.checks import instance, whole
+from canwire.values.checks import instance, shown, whole
 from canwire.values.frame import Frame
 from canwire.values.lin.frame import LinFrame
+from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     import numpy
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from canwire.databases.simulation import OutgoingMessage, Simulation
 
 
+@answers_wrong_names
 class Database:
     """What `load_database` gives.
 
@@ -44,9 +46,18 @@ class Database:
 
     def message(self, name: str) -> MessageDescription:
         """The message of that name; raises BadValue with names that are near."""
+        if not isinstance(name, str):
+            raise TypeError(
+                f"message {shown(name)}: must be its name, not {type(name).__name__}{self._name_of(name)}"
+            )
         if name not in self.messages:
             raise BadValue(f"{self.path}: no message {name!r}; {near(name, self.messages)}")
         return self.messages[name]
+
+    def _name_of(self, id: object) -> str:
+        """The way from an identifier to names, for an error."""
+        found = next((name for name, message in self.messages.items() if message.id == id), "")
+        return f"; {id:#x} is {found!r}" if found else ""
 
     def sent_by(self, node: str) -> list[MessageDescription]:
         """The messages that this node sends; raises BadValue with names that are near."""
@@ -79,6 +90,7 @@ class Database:
         fault with its range, and BadValue.
         """
         message = self.message(name)
+        instance("signals", signals, Mapping)
         if not message.decodable:
             raise BadValue(f"{name}: it holds other messages; `encode_container` takes those")
         values = complete(message, signals, fill)
@@ -165,6 +177,7 @@ class Database:
 
     def decode(self, frame: Frame | LinFrame) -> DecodedMessage | None:
         """The frame by name; None for a frame that the file does not know, and for a remote frame."""
+        instance("frame", frame, Frame, LinFrame)
         message = self.message_of(frame)
         if message is None:
             return None

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadDescription, CanwireError
+from canwire.values.checks import instance
 
 if TYPE_CHECKING:
     from canwire.databases.database import Database
@@ -35,6 +36,7 @@ def load_database(
     from canwire.databases.database import Database
     from canwire.databases.lin_file import LinFile
 
+    instance("path", path, str, PathLike)
     file = Path(path)
     kind = file.suffix.lower()
     if kind not in KINDS:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.errors import InUse
+from canwire.values.checks import shown
 
 if TYPE_CHECKING:
     from canwire.hub.finding import LinePlace
@@ -58,6 +59,8 @@ def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
 
     Raises InUse while somebody has the control, and what `Control.initialise` and `Control.start` raise.
     """
+    if not hasattr(place, "board"):
+        raise TypeError(f"place {shown(place)}: must be LinePlace, one of find_lines(hub, name)")
     with ExitStack() as on_failure:
         control = on_failure.enter_context(hub.open_control(place.board.id, place.line))
         _start(control, mode)

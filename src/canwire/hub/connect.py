@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,14 @@ from canwire.errors import BadValue
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.calling import RemoteLink, somebody_listens
 from canwire.hub.usual import default_address
+from canwire.values.checks import instance
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
     from canwire.hub.protocol.link import Link
 
 _NETWORK = "zenoh://"
+_A_LINE = re.compile(r"v?can\d+|lin\d+|HW\d{6}(:\d+)?")
 
 
 def connect(
@@ -94,7 +97,17 @@ def _usually_timed() -> bool:
 
 
 def _link_to(address: str, name: str) -> Link:
+    instance("address", address, str)
     if not address.startswith(_NETWORK):
+        if "://" in address:
+            raise BadValue(
+                f"address {address!r}: a socket's path, or zenoh://REALM/HOST for a hub on another machine"
+            )
+        if _A_LINE.fullmatch(address) and not os.path.exists(address):
+            raise BadValue(
+                f"address {address!r}: that looks like a line, and this is where its hub listens; leave it out, and "
+                f"find the line by canwire.find_lines(hub, {address!r})"
+            )
         return RemoteLink(address, name)
     from canwire.hub.links.network.client import NetworkLink  # needs an extra
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from canwire.boards.description import BoardInfo, LineInfo, board_named
 from canwire.errors import NoSuchBoard
+from canwire.values.checks import instance
 
 if TYPE_CHECKING:
     from canwire.boards.can.modes import LineStatus
@@ -67,6 +68,7 @@ def find_lines(
 
     At least one; raises NoSuchBoard with the lines there are. `among` are those that `every_line` has found already.
     """
+    instance("name", name, str)
     lines = every_line(hub) if among is None else among
     places = [place for place in lines if bus_type in (None, place.info.bus_type)]
     on_bus = [place for place in places if name and place.info.bus == name]

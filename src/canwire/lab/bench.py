@@ -14,7 +14,8 @@ from canwire.lab.time import LabTime
 from canwire.values.arguments import unknown_argument
 from canwire.values.checks import finite, instance
 from canwire.values.timing.bit_timing import BitTiming
-from canwire.values.timing.limits import check_data_rate
+from canwire.values.timing.limits import check_data_rate, checked_rate
+from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     from canwire.hub.handles.hub import Hub
@@ -28,6 +29,7 @@ _LONGEST_M = 1e6
 _LONGEST_DELAY_NS = 1e6
 
 
+@answers_wrong_names
 class Lab(LabTime):
     """Any number of buses on one timeline.
 
@@ -44,7 +46,9 @@ class Lab(LabTime):
     Frame(0x123, bytes.fromhex("1122"), timestamp_ns=124000)
     """
 
-    def __init__(self, *, time: str = "virtual", seed: int = 0) -> None:
+    def __init__(self, *, time: str = "virtual", seed: int = 0, **unknown: Never) -> None:
+        if unknown:
+            raise unknown_argument("Lab()", unknown, Lab.__init__)
         super().__init__(time)
         self.seed = seed
         self.buses: dict[str, LabBus] = {}
@@ -74,6 +78,8 @@ class Lab(LabTime):
         if unknown:
             raise unknown_argument("can_bus()", unknown, Lab.can_bus)
         self._check_new(name)
+        if data_bit_rate is not None:
+            checked_rate("data_bit_rate", data_bit_rate)
         for part, wanted in (("timing", timing), ("data_timing", data_timing)):
             instance(part, wanted, BitTiming, NoneType)
         length_m = finite("length_m", length_m, 0, _LONGEST_M)
@@ -91,12 +97,19 @@ class Lab(LabTime):
         return bus
 
     def lin_bus(
-        self, name: str = "lin0", *, bit_rate: int = 19_200, sleep_after: float | None = 4.0
+        self,
+        name: str = "lin0",
+        *,
+        bit_rate: int = 19_200,
+        sleep_after: float | None = 4.0,
+        **unknown: Never,
     ) -> LabLinBus:
         """A new LIN bus at 1,000 to 20,000 bit/s; `master` and `slave` put nodes on it.
 
         Its nodes go to sleep after `sleep_after` seconds without an edge (None: never). Raises BadValue.
         """
+        if unknown:
+            raise unknown_argument("lin_bus()", unknown, Lab.lin_bus)
         self._check_new(name)
         with self.touch():
             bus = LabLinBus(self, name, bit_rate, sleep_after)
@@ -194,5 +207,6 @@ class Lab(LabTime):
 
     def _check_new(self, name: str) -> None:
         self.check_open()
+        instance("name", name, str)
         if name in self.buses or name in self.lin_buses:
             raise BadValue(f"there is a bus {name!r} already")

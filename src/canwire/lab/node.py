@@ -11,12 +11,14 @@ from canwire.lab.time import LabTime
 from canwire.ring import Ring
 from canwire.timeline import NEVER
 from canwire.values.checks import nanoseconds
+from canwire.values.wrong_names import answers_wrong_names
 
 FrameT = TypeVar("FrameT")
 BusT = TypeVar("BusT")
 _SHOWN = 5  # of the frames that came instead
 
 
+@answers_wrong_names
 class BenchNode(Generic[FrameT, BusT]):
     """Hears what comes into `ring`, of which `take` gives the oldest frame, or None. Errors call it by `full_name`.
 

@@ -14,7 +14,7 @@ from canwire.held_time import HeldTime
 from canwire.lab.selection import Selection
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
-from canwire.values.checks import LONGEST_NS, nanoseconds, pace, whole
+from canwire.values.checks import LONGEST_NS, nanoseconds, pace, shown, whole
 
 if TYPE_CHECKING:
     import asyncio  # 35 ms that only asyncio's users pay
@@ -120,6 +120,8 @@ class LabTime:
         import asyncio
 
         self.check_open()
+        if not asyncio.iscoroutine(main):
+            raise TypeError(f"main {shown(main)}: must be a coroutine; lab.run_for(seconds) lets time pass")
         if self.pacer is not None:
             return asyncio.run(main)
         from canwire.lab.event_loop import run

@@ -19,6 +19,7 @@ from canwire.logs.limits import USUAL, LogLimits
 from canwire.logs.packing import Unpacking, refuse_packed, unpacked, unpacked_name
 from canwire.logs.source import LogFault, Source
 from canwire.logs.trace.files import files_of
+from canwire.values.checks import instance
 
 Read = TypeVar("Read", LogEntry, LogBatch)
 
@@ -205,6 +206,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None, limits:
 
     Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
     """
+    instance("path", path, str, os.PathLike)
     name = os.fspath(path)
     if name != "-" and not os.path.exists(name) and os.path.exists(name + SUFFIX):
         name, format = name + SUFFIX, "journal"

@@ -18,6 +18,7 @@ from canwire.logs.entry import LogEntry, LogKind
 from canwire.logs.form import FormWriter
 from canwire.logs.formats import format_to_write, load_format
 from canwire.logs.packing import Packing, packing_of, refuse_packed, unpacked_name
+from canwire.values.checks import instance
 
 _KINDS = {
     LogKind.CAN_FRAME: "CAN frames",
@@ -93,6 +94,7 @@ class LogWriter:
 
     def write(self, entry: LogEntry) -> None:
         """One entry; raises BadValue for what is none, OSError where the disk is full."""
+        instance("entry", entry, LogEntry)
         self.write_many((entry,))
 
     def write_many(self, entries: Iterable[LogEntry]) -> None:

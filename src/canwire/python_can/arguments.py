@@ -5,15 +5,36 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from types import NoneType
 from typing import Any
 
 import can
 
-from canwire import BadValue, BitTiming
+from canwire import BadValue, BitTiming, Hub, Lab
 
 _IGNORE_ERRORS = "ignore_rx_error_frames"  # SocketCAN's
 _NO_EFFECT = {"single_handle"}  # other interfaces' own, which python-can's tests give to every one
 _ANYWAY = {"local_loopback": True}  # SocketCAN's: other programs on the same line hear what this one sends
+
+
+def check_arguments(
+    bitrate: object, data_bitrate: object, hub: object, can_filters: object, *, fd: bool
+) -> None:
+    """Raise BadValue for arguments of the wrong type, with an example, and for a data rate without FD."""
+    for name, rate in (("bitrate", bitrate), ("data_bitrate", data_bitrate)):
+        if rate is not None and not isinstance(rate, int):
+            raise BadValue(f"{name}={rate!r}: a whole number of bit/s, such as 500_000 for 500 kbit/s")
+    if data_bitrate and not fd:
+        raise BadValue(
+            f"data_bitrate={data_bitrate}: only CAN FD has a data phase; add fd=True, or leave it out"
+        )
+    if not isinstance(hub, (str, Hub, Lab, NoneType)):
+        raise BadValue(f"hub={hub!r}: the address of a hub's socket, a canwire.Hub or a canwire.Lab")
+    for one in can_filters if isinstance(can_filters, (list, tuple)) else ():
+        if not isinstance(one, Mapping):
+            raise BadValue(
+                f'can_filters: {one!r} is no filter; one is {{"can_id": 0x120, "can_mask": 0x7F0}}'
+            )
 
 
 def state_of(state: can.BusState | str) -> can.BusState:

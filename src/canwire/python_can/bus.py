@@ -27,7 +27,7 @@ from canwire import (
     Siblings,
     WantedMode,
 )
-from canwire.python_can.arguments import error_frames_of, state_of, timings_of
+from canwire.python_can.arguments import check_arguments, error_frames_of, state_of, timings_of
 from canwire.python_can.bench import placed
 from canwire.python_can.clock import clock_of
 from canwire.python_can.company import Company, warn_of_conflicts
@@ -68,7 +68,6 @@ class CanwireBus(can.BusABC):
     `rx_fifo_size`, `tx_fifo_size`: messages that wait here at most.
 
     `ignore_rx_error_frames`, `local_loopback`: as with SocketCAN. Any other argument is refused.
-
     Whatever is impossible raises CanInitializationError, later CanOperationError, with the reason in words.
     """
 
@@ -96,6 +95,7 @@ class CanwireBus(can.BusABC):
         self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
         with opening():
             error_frames = error_frames_of(error_frames, others, _ARGUMENTS)
+            check_arguments(bitrate, data_bitrate, hub, can_filters, fd=fd)
             at = placed(channel, hub, (bitrate or None, data_bitrate or None))
             self.channel, self._leases = at.name, at.held  # given back at the end, the last one first
             self._own_hub = not isinstance(at.hub, Hub)

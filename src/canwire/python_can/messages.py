@@ -44,8 +44,13 @@ def record_of(message: can.Message, *, fd: bool = True) -> bytes:
     As on SocketCAN its dlc says how long it is: data is cut off or filled with zeros, for FD to the next length
     that there is.
     """
-    identifier = message.arbitration_id
-    length = message.dlc
+    try:
+        identifier, length = message.arbitration_id, message.dlc
+    except AttributeError:
+        raise TypeError(
+            f"msg {message!r}: must be can.Message, not {type(message).__name__}; "
+            "can.Message(arbitration_id=0x123, data=[0x11], is_extended_id=False)"
+        ) from None
     info = 0
     if message.is_extended_id:
         info = _EXTENDED

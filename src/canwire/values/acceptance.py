@@ -18,6 +18,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from canwire.errors import BadFilter
+from canwire.values.checks import shown
 from canwire.values.frame import Frame
 
 KEY_EXTENDED = 1 << 63
@@ -61,6 +62,13 @@ class Acceptance:
     identifiers: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.pairs, tuple) or not all(
+            isinstance(pair, tuple) and len(pair) == 2 for pair in self.pairs
+        ):
+            raise BadFilter(
+                f"pairs {shown(self.pairs)}: a tuple of (code, mask) over 64-bit keys; "
+                "of identifiers Acceptance.from_filters([(0x120, 0x7F0)]) makes one"
+            )
         for code, mask in self.pairs:
             if not 0 <= code <= KEY_BITS or not 0 <= mask <= KEY_BITS:
                 raise BadFilter(f"pair {code:#x}/{mask:#x}: keys have 64 bits")
@@ -102,6 +110,10 @@ class Acceptance:
         >>> Acceptance.from_filters([(0x120, 0x7F8)]).accepts(Frame(0x127))
         True
         """
+        if not isinstance(filters, Iterable):
+            raise BadFilter(
+                f"filters {shown(filters)}: give a list of (code, mask), such as [(0x120, 0x7F0)]"
+            )
         return cls(tuple(_pair_of_filter(entry) for entry in filters))
 
     @classmethod

@@ -21,6 +21,27 @@ def instance(name: str, value: object, *kinds: type) -> None:
         raise TypeError(f"{name} {shown(value)}: must be {wanted}, not {came}")
 
 
+def check_frame(frame: object, kind: type) -> None:
+    """Raise TypeError for what is not of this class of frames, with the way to one."""
+    if isinstance(frame, int):
+        raise TypeError(f"frame {frame:#x}: must be Frame, not int; write Frame({frame:#x}, data)")
+    if isinstance(frame, str):
+        raise TypeError(
+            f"frame {shown(frame)}: must be Frame, not str; parse_frame(text) makes one of 123#1122"
+        )
+    instance("frame", frame, kind)
+
+
+def check_expected(id: object) -> None:
+    """Raise TypeError for an identifier to wait for that is no number."""
+    if isinstance(id, str):
+        raise TypeError(
+            f"id {shown(id)}: must be int, not str; a message has a name by a database: "
+            f"db.on(node).expect_message({shown(id)}, within=...)"
+        )
+    instance("id", id, int)
+
+
 def whole(name: str, value: int, lowest: int, highest: int) -> int:
     """An integer within bounds, both included; raises BadValue, or TypeError for what is no integer."""
     try:

@@ -11,6 +11,7 @@ from canwire import _mem
 from canwire.errors import BadFrame
 from canwire.values.arguments import SignatureOf, frame, unknown_argument
 from canwire.values.dlc import CLASSIC_LENGTHS, FD_LENGTHS
+from canwire.values.wrong_names import WrongName
 
 # info bits of values/record.py that a frame is made of, as C constants
 _EXTENDED = 1 << 23
@@ -46,6 +47,15 @@ class Frame:
 
     __slots__ = ("_data", "_id", "_info", "_timestamp_ns")
     __signature__ = SignatureOf(frame)
+    # other libraries' names
+    arbitration_id = WrongName("Frame", "arbitration_id")
+    is_extended_id = WrongName("Frame", "is_extended_id")
+    is_remote_frame = WrongName("Frame", "is_remote_frame")
+    is_fd = WrongName("Frame", "is_fd")
+    bitrate_switch = WrongName("Frame", "bitrate_switch")
+    timestamp = WrongName("Frame", "timestamp")
+    length = WrongName("Frame", "length")
+    payload = WrongName("Frame", "payload")
 
     def __init__(
         self,

@@ -69,6 +69,7 @@ class LogLine(NamedTuple):
 
 def parse_frame(text: str) -> Frame:
     """The frame that a text like `123#11.22` stands for; raises BadText."""
+    instance("text", text, str)
     content = parse_content(text)
     if isinstance(content, Frame):
         return content
@@ -86,7 +87,14 @@ def parse_content(text: str, timestamp_ns: int = 0) -> Frame | BusEvent:
             return _error_event(id, match, timestamp_ns)
         return _frame(id, match, timestamp_ns)
     except (BadFrame, BadText) as error:
-        raise BadText(f"{_shown(text)}: {error}") from None
+        raise BadText(f"{_shown(text)}: {_in_text(error, match[1])}") from None
+
+
+def _in_text(error: BadFrame | BadText, id: str) -> str:
+    """What is wrong, with the remedy for texts: they have no arguments such as extended=True."""
+    if len(id) == 3 and int(id, 16) > 0x7FF:
+        return f"identifier {id} needs more than 11 bits (000 to 7FF); write 8 hex digits for a 29-bit one: {id:0>8}"
+    return str(error)
 
 
 def format_frame(frame: Frame) -> str:

@@ -16,6 +16,7 @@ from contextlib import ExitStack
 from typing import IO, Any
 
 import canwire
+from canwire.values.wrong_names import WrongName
 
 from . import subjects
 from .subjects import Find
@@ -54,7 +55,9 @@ def methods(make: Callable[[ExitStack], Any]) -> list[str]:
     with ExitStack() as stack:
         kind = type(make(stack))
     names = (name for name in dir(kind) if not name.startswith("_") and name not in SEAMS)
-    return [name for name in names if callable(getattr(kind, name))]
+    return [
+        name for name in names if callable(found := getattr(kind, name)) and not isinstance(found, WrongName)
+    ]
 
 
 def attempts(name: str, function: Callable[..., Any]) -> Iterator[tuple[str, Bad]]:

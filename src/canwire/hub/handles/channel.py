@@ -13,10 +13,11 @@ from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.queues import transmit_offset
 from canwire.platform import EventDescriptor, close_descriptors, map_memory
 from canwire.ring import Ring
-from canwire.values.checks import LONGEST_NS, instance, whole
+from canwire.values.checks import LONGEST_NS, check_frame, instance, whole
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame, frame_of_record, record_to_send
 from canwire.values.records import check_dtype
+from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     import numpy
@@ -27,6 +28,7 @@ _PRIORITY_SHIFT = 32  # of the time word
 _KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
 
 
+@answers_wrong_names
 class HubChannel(Filtered):
     """Queues of one client on a line: `set_up` makes them, `activate` connects them to the line.
 
@@ -44,6 +46,7 @@ class HubChannel(Filtered):
 
     def set_up(self, mode: ChannelMode) -> None:
         """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
+        instance("mode", mode, ChannelMode)
         self.check()
         reply, (memory, *events) = self.hub.ask(m.SetUpChannel(self._handle, mode))
         heard = EventDescriptor.adopt_each(tuple(events), 2 if reply.transmit else 1)
@@ -125,7 +128,7 @@ class HubChannel(Filtered):
         end = self.writing
         self.check()
         if frame.__class__ is not Frame:
-            instance("frame", frame, Frame)
+            check_frame(frame, Frame)
         urgency = 0
         if flags != 0 or priority != 0:  # what hardly any frame has
             flags = whole("flags", flags, 0, 0xFFFF_FFFF)

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
+from canwire.values.checks import instance
+from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
     from canwire.values.timing.bit_timing import BitTiming
 
 
+@answers_wrong_names
 class Control(Filtered):
     """The one lease that may configure a line."""
 
@@ -24,6 +27,7 @@ class Control(Filtered):
 
     def initialise(self, mode: LineMode) -> None:
         """Reset the line and set it up; it is stopped then. Raises NothingHeard if it had to find its bit rate."""
+        instance("mode", mode, LineMode)
         self.ask(m.Initialise(self._handle, mode))
 
     def start(self, *, abort_pending: bool = False) -> None:

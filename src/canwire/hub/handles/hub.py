@@ -14,8 +14,9 @@ from canwire.hub.handles.lease import Lease
 from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import FIFO
-from canwire.values.checks import instance
+from canwire.values.checks import instance, shown
 from canwire.values.register import RegisterValue
+from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want all
     from canwire.boards.can.modes import LineStatus
@@ -30,6 +31,7 @@ if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want a
 _PAGE = 64  # boards whose lines are asked for at once: a millisecond of the hub's work
 
 
+@answers_wrong_names
 class Hub(Client):
     """A connection to the owner of the boards, in this process or another; `canwire.connect()` makes one.
 
@@ -119,6 +121,7 @@ class Hub(Client):
 
     def open_control(self, board: int, line: int, *, kin: str = "") -> Control:
         """The one lease that configures a line, for programs of the interface `kin`; raises InUse naming its holder."""
+        _check_line(board, line)
         return Control(self, self.call(m.OpenControl(board, line, kin)).handle, board, line, kin)
 
     def recover(self, board: int, line: int, *, abort_pending: bool = False) -> None:
@@ -131,6 +134,7 @@ class Hub(Client):
 
     def open_channel(self, board: int, line: int, *, exclusive: bool = False) -> HubChannel:
         """A channel on a line; an exclusive one has to be the only one, else InUse."""
+        _check_line(board, line)
         return HubChannel(self, self.call(m.OpenChannel(board, line, exclusive)).handle, board, line)
 
     def open_scheduler(self, board: int, line: int, *, kin: str = "") -> Scheduler:
@@ -233,3 +237,13 @@ def _pages(boards: Iterable[int]) -> Iterator[tuple[int, ...]]:
     left = iter(dict.fromkeys(boards))
     while page := tuple(islice(left, _PAGE)):
         yield page
+
+
+def _check_line(board: object, line: object) -> None:
+    """Raise TypeError, naming the way from names to numbers, for what are no numbers of a board and its line."""
+    for name, number in (("board", board), ("line", line)):
+        if not isinstance(number, int):
+            raise TypeError(
+                f"{name} {shown(number)}: must be int, not {type(number).__name__}; "
+                "place = canwire.find_lines(hub, name)[0] has place.board.id and place.line"
+            )

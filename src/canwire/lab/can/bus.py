@@ -29,6 +29,7 @@ from canwire.values.timing.agreement import timing_findings
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.check import NodeTiming, TimingCheck
 from canwire.values.timing.limits import check_data_rate
+from canwire.values.wrong_names import answers_wrong_names
 
 Filters = Iterable[Sequence[int]] | Acceptance
 
@@ -49,6 +50,17 @@ class Behaviour(Protocol):
         """Start on this node."""
 
 
+def _check_free(script: object) -> None:
+    """Raise BadValue for a script that another node of an open lab has: it would send as the second alone."""
+    node = getattr(script, "node", None)
+    if isinstance(node, LabNode) and not node.time.closed and node.bus.nodes.get(node.name) is node:
+        kind = type(script).__name__
+        raise BadValue(
+            f"script {kind}: node {node.line.name} has this object; give each node one of its own, {kind}()"
+        )
+
+
+@answers_wrong_names
 class LabBus(BenchBus[LabNode, Frame, CanBus]):
     """One CAN bus; `faults` is what goes wrong on it."""
 
@@ -109,10 +121,12 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         for part, wanted in (("timing", timing), ("data_timing", data_timing)):
             instance(part, wanted, BitTiming, NoneType)
         instance("options", options, ControllerOptions)
+        instance("oscillator_ppm", oscillator_ppm, int, float)
         if (script is not None and not callable(getattr(script, "run_on", None))) or isinstance(script, type):
             raise TypeError(
                 f"script {shown(script)}: must be an object such as MyScript(), of a class made from NodeScript"
             )
+        _check_free(script)
         nominal = timing or self.timing
         if bit_rate is not None:
             nominal = BitTiming.for_bit_rate(bit_rate, clock_hz=self.timing.clock_hz)

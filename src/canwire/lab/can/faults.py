@@ -20,8 +20,10 @@ from canwire.lab.can.node import CanBenchNode
 from canwire.lab.selection import FAULTS, NOISE, call, selected
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
+from canwire.values.wrong_names import answers_wrong_names
 
 
+@answers_wrong_names
 class LabFaults(Faults):
     """bus/can/faults/faults.py, with nodes of the bench and with plugs that can be pulled."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Never, TypeVar
 
 from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
@@ -14,7 +14,8 @@ from canwire.lab.selection import FRAMES
 from canwire.lab.time import LabTime
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
-from canwire.values.checks import LONGEST_NS, instance, whole
+from canwire.values.arguments import unknown_argument
+from canwire.values.checks import LONGEST_NS, check_expected, check_frame, instance, whole
 from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
@@ -74,7 +75,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
         """
         if frame.__class__ is not Frame:
-            instance("frame", frame, Frame)
+            check_frame(frame, Frame)
         flags = self._flags
         if single_shot:
             flags |= SINGLE_SHOT
@@ -180,11 +181,22 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         most = self._ring.capacity if limit is None else whole("limit", limit, 0, LONGEST_NS)
         return self._ring.take_array(most)
 
-    def expect(self, id: int, *, within: float, extended: bool = False, data: bytes | None = None) -> Frame:
+    def expect(
+        self,
+        id: int,
+        *,
+        within: float,
+        extended: bool = False,
+        data: bytes | None = None,
+        **unknown: Never,
+    ) -> Frame:
         """Let at most `within` seconds pass until this frame arrives, dropping others.
 
         Raises NotReceived, saying what came instead.
         """
+        if unknown:
+            raise unknown_argument("expect()", unknown, CanBenchNode.expect)
+        check_expected(id)
 
         def wanted(frame: Frame) -> bool:
             return frame.id == id and frame.extended == extended and (data is None or frame.data == data)

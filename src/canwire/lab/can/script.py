@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from canwire.errors import BadValue
 from canwire.lab.can.bus import LabNode
@@ -11,6 +12,22 @@ from canwire.timeline import Timer
 from canwire.values.checks import nanoseconds
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame
+
+_HOOKS = ("on_message", "on_start", "on_event", "on_timer")
+_NEVER_CALLED = frozenset(  # other libraries' names for on_message
+    {"on_receive", "on_recieve", "on_received", "on_rx", "on_msg", "on_message_received", "on_frame_received"}
+)
+
+
+class _NoBusYet:
+    """What a script has for a node until `run_on` gives it one."""
+
+    def __get__(self, instance: object, kind: type) -> _NoBusYet:
+        if instance is None:
+            return self
+        raise AttributeError(
+            f"{kind.__name__} is on no bus yet: bus.node(name, script) puts it on one, and calls its on_start"
+        )
 
 
 class NodeScript:
@@ -25,7 +42,13 @@ class NodeScript:
     `bus.node("thermometer", Thermometer())` puts it on a bus.
     """
 
-    node: LabNode
+    node: LabNode = _NoBusYet()  # type: ignore[assignment]
+
+    def __init_subclass__(cls, **arguments: Any) -> None:
+        super().__init_subclass__(**arguments)
+        for name in vars(cls):
+            if name.startswith("on_") and not hasattr(NodeScript, name):
+                _refuse_near_name(cls.__name__, name)
 
     def on_start(self) -> None:
         """The node is on the bus."""
@@ -80,6 +103,17 @@ class NodeScript:
         for event in self.node.events():
             self.on_event(event)
         self._take_frames()
+
+
+def _refuse_near_name(kind: str, name: str) -> None:
+    """Raise TypeError for a method that was meant to be one of the script's and would never be called."""
+    from difflib import get_close_matches  # for methods beyond the script's own alone
+
+    if name in _NEVER_CALLED or get_close_matches(name, _HOOKS, 1, 0.85):
+        raise TypeError(
+            f"{kind}.{name}: a NodeScript never calls it; received frames come to on_message(frame), "
+            f"and its other methods are {', '.join(_HOOKS[1:])}"
+        )
 
 
 class Periodic:

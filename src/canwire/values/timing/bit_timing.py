@@ -24,10 +24,12 @@ from canwire.values.timing.limits import (
 )
 from canwire.values.timing.search import search_segments
 from canwire.values.timing.tolerance import condition_1, condition_2, fd_conditions
+from canwire.values.wrong_names import answers_wrong_names
 
 _LARGEST = {"prescaler": 1 << 16, "tseg1": 1 << 16, "tseg2": 1 << 16, "sjw": 1 << 16, "clock_hz": 10**10}
 
 
+@answers_wrong_names
 @dataclass(frozen=True, slots=True)
 class BitTiming:
     """How one controller divides a bit, in quanta of prescaler / clock_hz seconds.

@@ -92,7 +92,8 @@ FD_DATA = TimingLimits.FD_DATA = TimingLimits("CAN FD data phase", 32, 32, 16, 1
 def checked_rate(name: str, hertz: int) -> int:
     """A positive whole number; raises BadTiming with its name otherwise."""
     if not isinstance(hertz, int) or hertz <= 0:
-        raise BadTiming(f"{name} {hertz!r}: a whole number above 0")
+        example = ", such as 500_000 for 500 kbit/s" if name.endswith("bit_rate") else ""
+        raise BadTiming(f"{name} {hertz!r}: a whole number above 0{example}")
     return hertz
 
 

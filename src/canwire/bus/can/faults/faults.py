@@ -16,11 +16,15 @@ from canwire.bus.can.bit_level import EVERYBODY, ONE_NODE, RECEIVERS, SENDER
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults.aim import INJECTED, PLACES, place
 from canwire.bus.can.faults.forcing import Forcing
-from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.node import CLASSIC_ONLY, Mailbox, Node
 from canwire.bus.scripted import Scripted
 from canwire.errors import BadValue
+from canwire.values.checks import instance
 from canwire.values.frame import Frame, frame_of_record
 from canwire.values.text import format_frame
+
+_LAST_CLASSIC_BIT, _LAST_FD_BIT = 156, 732
+"""Of the longest frames: 118 or 553 bits from SOF that may be stuffed, a stuff bit after each four, the end."""
 
 SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
 
@@ -104,6 +108,10 @@ class Faults(Forcing):
                 raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*PLACES, *INJECTED])}")
         elif not isinstance(bit, int) or bit < 0:
             raise BadValue(f"bit {bit!r}: bits count from 0 (SOF), or have a name")
+        elif bit > (last := self._last_bit()):
+            raise BadValue(
+                f"bit {bit}: the longest frame of this bus ends with bit {last}, stuff bits included"
+            )
         if times is not None and times < 1:
             raise BadValue(f"times {times}: at least 1, or None for every frame")
         if not isinstance(seen_by, Node) and seen_by not in SEEN_BY:
@@ -112,6 +120,11 @@ class Faults(Forcing):
             raise BadValue(
                 f"frame_id {frame_id:#x}: an identifier of 11 bits, or with extended not False of 29"
             )
+
+    def _last_bit(self) -> int:
+        """The last bit of the longest frame that a node of this bus can send, by number."""
+        fd = any(node.fd != CLASSIC_ONLY for node in self._bus.nodes)
+        return _LAST_FD_BIT if fd or not self._bus.nodes else _LAST_CLASSIC_BIT
 
     def inject(
         self, error: str, *, frame_id: int | None = None, extended: bool | None = None, times: int | None = 1
@@ -144,6 +157,7 @@ class Faults(Forcing):
         return noise
 
     def _check_rate(self, bit_error_rate: float) -> None:
+        instance("bit_error_rate", bit_error_rate, int, float)
         if not 0 <= bit_error_rate < 1:
             raise BadValue(f"bit_error_rate {bit_error_rate}: from 0 up to, not including, 1")
 
