@@ -31,10 +31,9 @@ class LabTime:
     """What a bench's buses and nodes know of their bench; it knows none of them.
 
     `pacer` is None in virtual time. `waiters` are the tasks that wait for something to happen, with their deadlines.
-    `selection` leaves some of the script's frames and faults out, if there is one.
     """
 
-    selection: Selection | None = None
+    selection: Selection | None = None  # leaves some of the script's frames and faults out
 
     def __init__(self, time: str) -> None:
         if time not in ("virtual", "real"):
@@ -119,9 +118,9 @@ class LabTime:
         """
         import asyncio
 
-        self.check_open()
         if not asyncio.iscoroutine(main):
             raise TypeError(f"main {shown(main)}: must be a coroutine; lab.run_for(seconds) lets time pass")
+        self.check_open()
         if self.pacer is not None:
             return asyncio.run(main)
         from canwire.lab.event_loop import run
@@ -131,9 +130,8 @@ class LabTime:
     def set_pace(self, factor: float | None) -> None:
         """Virtual time: from now on it passes `factor` times as quickly as the wall clock, 0.0001 to 10000.
 
-        1 is the clock's own speed; None: as quickly as it can. Nodes do the same at every pace, and time still stands
-        while the program computes: what that takes too long for is left out. May be called while time passes, from a
-        callback or another thread. Raises BadValue, WrongState in real time, which has the clock's.
+        None: as quickly as it can. Nodes do the same at every pace. Time does not pass while the program computes; a
+        longer delay is skipped. Any thread or callback may call this. Raises BadValue, WrongState in real time.
         """
         if self.pacer is not None:
             raise WrongState("a pace is for a lab in virtual time: this one's passes with the clock")

@@ -51,7 +51,7 @@ class Port:
 
     def __init__(self, setting: Setting, interface: Interface, on_lost: Callable[[Port], object]) -> None:
         self.interface = interface
-        self.lost = False
+        self.lost = self._pumps = False
         self.heard = 0  # frames, errors included
         self._on_lost = on_lost
         self.listeners: list[Listener] = []
@@ -63,7 +63,6 @@ class Port:
         self._echoes = Echoes()
         self._gathering = setting.gathering()
         self._waiting: deque[Callable[[], object]] = deque()
-        self._pumps = False
         self._stuck: Timer | None = None
         hub = setting.hub
         wanted = interface.wanted or setting.wanted
@@ -207,8 +206,7 @@ class Port:
             self.drop(len(rows))
             self._lose(error)
             return
-        keep_remote_data(records, rows)
-        self._echoes.sent(slot, records)
+        self._echoes.sent(slot, keep_remote_data(records, rows))
         for tap in self.taps:
             tap.going(self.interface, rows)
 

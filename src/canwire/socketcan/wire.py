@@ -159,11 +159,12 @@ def records_to_send(frames: Array) -> Array:
     return found
 
 
-def keep_remote_data(records: Array, frames: Array) -> None:
-    """What programs wrote into remote frames, back into these records: no bus carries it."""
+def keep_remote_data(records: Array, frames: Array) -> Array:
+    """These records with the data that programs wrote into remote frames, which no bus carries."""
     remote = records["info"] & REMOTE != 0
     if remote.any():
         records["data"][remote, :8] = frames["data"][remote, :8]
+    return records
 
 
 def row_of(frame: bytes, index: int) -> Array:

@@ -140,12 +140,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         self._check_open()
         if not self._takes(frame):
             return self.time.now_ns
-        flags = (
-            CONFIRM
-            | self._flags
-            | (SINGLE_SHOT if single_shot else 0)
-            | (HIGH_PRIORITY if high_priority else 0)
-        )
+        flags = CONFIRM | self._flags | SINGLE_SHOT * single_shot | HIGH_PRIORITY * high_priority
 
         def settle(delivered: bool, at_ns: int) -> None:
             outcome.append((delivered, at_ns))
@@ -182,13 +177,7 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         return self._ring.take_array(most)
 
     def expect(
-        self,
-        id: int,
-        *,
-        within: float,
-        extended: bool = False,
-        data: bytes | None = None,
-        **unknown: Never,
+        self, id: int, *, within: float, extended: bool = False, data: bytes | None = None, **unknown: Never
     ) -> Frame:
         """Let at most `within` seconds pass until this frame arrives, dropping others.
 

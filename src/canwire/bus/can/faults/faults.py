@@ -25,7 +25,6 @@ from canwire.values.text import format_frame
 
 _LAST_CLASSIC_BIT, _LAST_FD_BIT = 156, 732
 """Of the longest frames: 118 or 553 bits from SOF that may be stuffed, a stuff bit after each four, the end."""
-
 SEEN_BY = {"all": EVERYBODY, "receivers": RECEIVERS, "sender": SENDER}
 
 
