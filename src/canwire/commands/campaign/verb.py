@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
     parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml, or a page, as .html")
+    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
 
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Play, and print the account."""
     if arguments.repeat is not None:
         return _again(arguments)
-    progress = Progress()
+    progress = Progress(arguments.runs, quiet=arguments.quiet)
     try:
         runs = run_campaign(
             arguments.file,
