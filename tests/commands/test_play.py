@@ -14,7 +14,8 @@ import pytest
 
 from canwire import Frame, LabBus, LogLine, parse_log_line
 from canwire.commands import main, play
-from canwire.commands.lab import progress, senders
+from canwire.commands.lab import senders
+from canwire.commands.shell import progress
 
 CAR = Path(__file__).parents[2] / "examples" / "car-candump.log"
 CAR_FRAMES = 12_974
@@ -334,7 +335,7 @@ class FakeTerminal(io.StringIO):
 def test_progress_shows_on_a_terminal_once_it_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     terminal = FakeTerminal()
-    monkeypatch.setattr("canwire.commands.lab.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("canwire.commands.shell.progress.time.monotonic", lambda: now[0])
     monkeypatch.setattr(sys, "stderr", terminal)
     with progress.Progress(200, "playing") as bar:
         now[0] += 0.9
@@ -343,13 +344,13 @@ def test_progress_shows_on_a_terminal_once_it_lasts(monkeypatch: pytest.MonkeyPa
         now[0] += 0.2
         bar.show(50)
         bar.show(60)  # too soon after the last one
-        assert terminal.getvalue() == "\rplaying [" + "#" * 10 + "." * 30 + "]  25%"
+        assert terminal.getvalue() == "\rplaying [" + "#" * 10 + "." * 30 + "]  25%\x1b[K"
     assert terminal.getvalue().endswith("\r\x1b[K")
 
 
 def test_progress_leaves_files_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr("canwire.commands.lab.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("canwire.commands.shell.progress.time.monotonic", lambda: now[0])
     file = io.StringIO()
     monkeypatch.setattr(sys, "stderr", file)
     with progress.Progress(200, "playing") as bar:

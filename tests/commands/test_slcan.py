@@ -345,3 +345,16 @@ def test_at_a_serial_lines_pace_nothing_is_refused(hub_address: str, home: Path)
     assert time.monotonic() - began > 60 * 6 * 10 / 9600 * 0.8
     assert command.end() == 0
     assert command.process.communicate()[1] == ""
+
+
+def test_a_home_that_takes_no_files(
+    hub_address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    assert main(["slcan", "--hub", hub_address]) == 2
+    shown = capsys.readouterr().err
+    assert (
+        "Not a directory, so the terminal's link cannot be made there; name another place by --pty PATH"
+        in shown
+    )

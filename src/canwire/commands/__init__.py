@@ -110,6 +110,43 @@ VERBS = {
 }
 
 
+GROUPS = {
+    "start here": "demo serve devices web doctor",
+    "look": "dump view load stats plot detect registers bits timing",
+    "send": "send gen simulate play lin isotp uds",
+    "files": "record convert query decode db",
+    "faults": "fault recover campaign",
+    "lines and boards": "up stop plug unplug share adapters",
+    "machines": "offer router pace",
+    "interfaces": "run bridge socketcand slcan native acan candrv completion",
+}
+"""Every verb once, as `canwire` and `canwire --help` show them."""
+_BY_ITSELF = """canwire puts CAN, CAN FD and LIN buses that behave like copper on this computer.
+
+  canwire demo              see a small bus at work; nothing else is needed
+  canwire serve             share boards among programs: leave it running in a terminal of its own
+  canwire dump can0         what happens on the bus can0
+  canwire send can0 123#11  a frame from another terminal
+
+"""
+
+
+def _shown_by_itself() -> str:
+    """What `canwire` without a verb prints."""
+    width = max(map(len, GROUPS))
+    rows = "".join(f"  {title:<{width}}  {verbs.replace(' ', ', ')}\n" for title, verbs in GROUPS.items())
+    return f"{_BY_ITSELF}{rows}\n`canwire --help` says what each verb does, `canwire VERB --help` how it is used.\n"
+
+
+def _shown_by_group() -> str:
+    """Every verb with what it does."""
+    width = max(map(len, VERBS))
+    return "\n".join(
+        f"{title}:\n" + "".join(f"  {verb:<{width}}  {VERBS[verb].help}\n" for verb in verbs.split())
+        for title, verbs in GROUPS.items()
+    )
+
+
 class _ShowVersion(argparse.Action):
     """--version: the package's version and whether its core is compiled."""
 
@@ -156,10 +193,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(words: list[str]) -> int:
     from canwire import CanwireError, signals_end_waits
 
+    if not words and "_ARGCOMPLETE" not in os.environ:
+        print(_shown_by_itself(), end="")
+        return FAILED
     parser = Parser(
         prog="canwire", description="CAN, CAN FD and LIN buses that behave like copper.", formatter_class=Help
     )
     parser.add_argument("--version", nargs=0, action=_ShowVersion, help="print the version and exit")
+    parser.epilog = _shown_by_group()
     verbs = parser.add_subparsers(metavar="verb", required=True, prog="canwire")
     if words[:1] == ["help"]:  # `canwire help dump` is `canwire dump --help`
         words = [*words[1:], "--help"]
@@ -168,7 +209,7 @@ def _run(words: list[str]) -> int:
     # where the verb is plain the others have no parsers, which take as long as its own work, and are never loaded
     offered = {called: VERBS[called]} if called is not None and words[:1] == [called] else VERBS
     for name, verb in offered.items():
-        sub = verbs.add_parser(name, help=verb.help, description=verb.help, formatter_class=Help)
+        sub = verbs.add_parser(name, description=verb.help, formatter_class=Help)
         if name == called:
             _load(verb, sub)
     if "_ARGCOMPLETE" in os.environ:

@@ -32,7 +32,6 @@ from canwire.commands.dump.filters import Capture, parse_capture
 from canwire.commands.lab.any_log import AnyLog, log_to_play
 from canwire.commands.lab.candump_log import CandumpLog, Complaints, Survey
 from canwire.commands.lab.output import Output, opened
-from canwire.commands.lab.progress import Progress
 from canwire.commands.lab.senders import Senders
 from canwire.commands.lab.summary import Summary, line
 from canwire.commands.lab.trace_cost import forecast
@@ -40,6 +39,7 @@ from canwire.commands.logs.choosing import add_filter_argument, add_map_argument
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import is_full
 from canwire.commands.shell.parser import add_time_argument
+from canwire.commands.shell.progress import Progress
 
 _IN_FLIGHT = 8192  # frames sent and not yet recorded: they always fit into the recorder's queue
 _STEP_S = 0.001  # how long a full queue is given before it is looked at again

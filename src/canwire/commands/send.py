@@ -96,6 +96,7 @@ class Sending:
         self._channel = channel
         self._timeout_s = timeout_s
         self._total = 0
+        self._told = False
 
     def send(self, frames: Sequence[Frame | Callable[[int], Frame]], count: int, gap_s: float) -> None:
         """Queue them all in time, each as it is in its round; where the queue stays full the rest is left."""
@@ -119,6 +120,38 @@ class Sending:
         except QueueFull:
             return False
         return True
+
+    def offer(self, frame: Frame) -> bool:
+        """Queue one if there is room now; False if not, which says once why the bus takes nothing."""
+        try:
+            self._channel.send(frame)
+        except QueueFull:
+            self.tell_of_waiting()
+            return False
+        self._total += 1
+        return True
+
+    def queue_patiently(self, frame: Frame, end: Callable[[], bool]) -> bool:
+        """Queue one, however long there is no room; False at the `end`, or once the line does not run any more."""
+        self._total += 1
+        while not end():
+            try:
+                self._channel.send(frame, timeout=self._timeout_s)
+            except QueueFull:
+                if not self._place.status(self._hub).running:
+                    return False
+                self.tell_of_waiting()
+            else:
+                return True
+        self._total -= 1
+        return False
+
+    def tell_of_waiting(self) -> None:
+        """Say why the bus takes nothing, once for all."""
+        if not self._told:
+            self._told = True
+            why = self._why(self._channel.status(), self._place.status(self._hub))
+            complain(f"{self._place.address}: the bus takes no frames: {why}; waiting, Ctrl-C ends it")
 
     @property
     def delivered(self) -> int:

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import canwire
-from canwire import InUse, WrongState
+from canwire import BadValue, InUse, WrongState
 from canwire.commands.console import complain
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import signals_call
@@ -149,7 +149,13 @@ def _free_link() -> PtyWire:
     home = canwire.state_directory()
     for k in range(_MOST_LINKS):
         with suppress(InUse):
-            return PtyWire(f"{home}/ttyCANBUS{k}")
+            try:
+                return PtyWire(f"{home}/ttyCANBUS{k}")
+            except OSError as error:
+                raise BadValue(
+                    f"{home}: {error.strerror or error}, so the terminal's link cannot be made there; name another "
+                    "place by --pty PATH, or set XDG_STATE_HOME"
+                ) from error
     raise InUse(f"{home}/ttyCANBUS0 to {_MOST_LINKS - 1}: all in use")
 
 

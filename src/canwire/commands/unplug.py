@@ -1,6 +1,7 @@
 """`canwire unplug`: pull a board out of the hub; programs that use it get an error that says so.
 
-canwire unplug HW000001
+canwire unplug HW000001    the board with this hardware id
+canwire unplug HW000002    `canwire devices` lists them
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from canwire.candrv.constants import CanbusEvent
 from canwire.candrv.event_queue import Event
 from canwire.commands import main
 from canwire.commands.candrv import attach as candrv_attach
-from canwire.commands.candrv.programs import shown
+from canwire.commands.candrv.programs import Written, shown
 from canwire.commands.candrv.suite import PROGRAMS
 from canwire.commands.candrv.switches import Usage, parse
 from tests import warm
@@ -265,6 +265,19 @@ def test_can_write(bench: Bench) -> None:
     assert [(one.identifier, one.rtr, one.dlc, one.data) for one in messages()] == [
         (number, 0, 8, bytes(8)) for number in range(1000)
     ]
+
+
+def test_can_write_says_that_it_waits(capsys: pytest.CaptureFixture[str]) -> None:
+    written = Written("CID1:")
+    written.count = 5
+    written.look()
+    assert capsys.readouterr().err == ""
+    written.look()
+    written.look()
+    assert capsys.readouterr().err == (
+        "canwire: CID1:: message 5 of 1000 waits: the bus takes none; does another controller run there? "
+        "Ctrl-C ends it\n"
+    )
 
 
 def test_can_write_without_a_log(bench: Bench) -> None:

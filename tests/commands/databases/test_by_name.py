@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import canwire
 from canwire import BadValue, ChannelMode, Database, Frame, HubChannel, WantedMode, load_database
 from canwire.commands import main
 from canwire.commands import send as send_module
+from canwire.commands.can_line import open_sender
 from canwire.commands.databases import plugins, simulate
 from tests import warm
 
@@ -203,6 +205,22 @@ def test_nobody_there_to_acknowledge(hub_address: str, capsys: pytest.CaptureFix
     words = ["simulate", "Engine", "can0", "--duration", "0.05", "--timeout", "0.05", "--db", ENGINE]
     assert main([*words, "--hub", hub_address]) == 1
     assert "frames not delivered: nobody acknowledges" in capsys.readouterr().err
+
+
+def test_an_ecu_sends_on_where_nobody_listens(capsys: pytest.CaptureFixture[str]) -> None:
+    """A minute without anybody: what finds no room is left out, and counted; the simulation does not end."""
+    simulation = canwire.load_database(ENGINE).simulated("Engine")
+    with canwire.connect(time="virtual") as hub, ExitStack() as closing:
+        place, channel = open_sender(hub, "can0", WantedMode(), 16, closing)
+        running = simulate.Running(hub, channel, simulation, send_module.Sending(hub, place, channel, 0.1))
+        began_ns = hub.now_ns()
+        running.run(60.0)
+        assert hub.now_ns() - began_ns >= 60_000_000_000
+        assert capsys.readouterr().err.count("the bus takes no frames: nobody acknowledges") == 1
+        assert re.search(
+            r"; 1[78] sent, 0 delivered, \d{3,} left out while the bus took none", running.summary()
+        )
+        assert running.sending.result() == 1
 
 
 def test_counts_after_ctrl_c(hub_address: str, heard: HubChannel) -> None:

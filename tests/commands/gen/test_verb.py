@@ -60,6 +60,33 @@ def test_the_time_ends_it(hub: Hub, closing: ExitStack) -> None:
     assert generator.counts().sent == 10
 
 
+def test_traffic_without_an_end_waits_while_nobody_listens(
+    hub: Hub, closing: ExitStack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    receivers: list[HubChannel] = []
+
+    def somebody_comes(text: str) -> None:
+        said.append(text)
+        hub.run_for(20)  # many times as long as the timeout
+        receivers.append(on(hub, "HW000002:0", closing)[1])
+
+    monkeypatch.setattr("canwire.commands.send.complain", somebody_comes)
+    generator = Generator(hub, *on(hub, "HW000001:0", closing), 0.1)
+    assert generator.run(((0.0, Frame(number)) for number in range(100)), None, endless=True) == 0
+    assert len(said) == 1
+    assert "the bus takes no frames: nobody acknowledges" in said[0]
+    assert generator.counts()[:4] == (100, 100, 0, 0)
+    assert [frame.id for frame in receivers[0].receive_many(200)] == list(range(100))
+
+
+def test_a_time_ends_what_waits(hub: Hub, closing: ExitStack, capsys: pytest.CaptureFixture[str]) -> None:
+    generator = Generator(hub, *on(hub, "HW000001:0", closing), 0.1)
+    assert generator.run(repeat((0.0, Frame(1))), 5.0, endless=True) == 1
+    assert generator.counts().seconds >= 5
+    assert capsys.readouterr().err.count("the bus takes no frames") == 1
+
+
 def test_nobody_acknowledges(hub: Hub, closing: ExitStack, capsys: pytest.CaptureFixture[str]) -> None:
     generator = Generator(hub, *on(hub, "HW000001:0", closing), 0.1)
     assert generator.run(islice(repeat((0.0, Frame(1))), 100), None) == 1

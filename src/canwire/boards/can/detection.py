@@ -64,7 +64,7 @@ class Detection:
         self._at += 1
         self._quiet()
         if self._at >= len(self._candidates):
-            tried = ", ".join(str(timing.bit_rate) for timing, _ in self._candidates)
+            tried = ", ".join(dict.fromkeys(str(timing.bit_rate) for timing, _ in self._candidates))
             self._finish(NothingHeard(f"{self._name}: no frame at any of these bit rates: {tried}"))
             return
         nominal, data = self._candidates[self._at]

@@ -60,7 +60,8 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     kind: Annotated[
         str,
         Meta(
-            description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, slcan, python-can, or a plug-in's kind"
+            description="usb-to-can-fd, usb-to-can, inducan104, pc-i04, netdcu, picocom1, picocom2, picocom4, "
+            "picomod3, canbus-dongle, slcan, slcan-fd, python-can, or a plug-in's kind"
         ),
     ]
     serial: Annotated[

@@ -1,45 +1,29 @@
-"""How far a campaign is, on one line of a terminal; nothing where stderr is no terminal."""
+"""How far a campaign is: its runs as they come."""
 
 from __future__ import annotations
 
-import sys
 import time
 
 from canwire import CampaignRun
-
-_EVERY_S = 0.2
+from canwire.commands.shell import progress
 
 
 class Progress:
-    """Counts runs as they come."""
+    """Counts runs as they come; of `total`, if the command line says how many."""
 
-    def __init__(self) -> None:
+    def __init__(self, total: int | None = None, *, quiet: bool = False) -> None:
         self.done = 0
         self._bad = 0
         self._began = time.monotonic()
-        self._shown = 0.0
-        self._terminal = sys.stderr.isatty()
+        self._shown = progress.Progress(total, "campaign", unit=" runs", lines=True, quiet=quiet)
 
     def count(self, run: CampaignRun) -> None:
         """One more."""
         self.done += 1
         self._bad += not run.passed
-        now = time.monotonic()
-        if self._terminal and now - self._shown >= _EVERY_S:
-            self._shown = now
-            self._show(now)
+        rate = self.done / max(1e-9, time.monotonic() - self._began)
+        self._shown.show(self.done, f", {self._bad} not passed, {rate:.0f} runs/s")
 
     def end(self) -> None:
-        """The last numbers, and a line of its own for what follows."""
-        if self._terminal and self.done:
-            self._show(time.monotonic())
-            print(file=sys.stderr)
-
-    def _show(self, now: float) -> None:
-        rate = self.done / max(1e-9, now - self._began)
-        print(
-            f"\r{self.done} runs, {self._bad} not passed, {rate:.0f} runs/s ",
-            end="",
-            file=sys.stderr,
-            flush=True,
-        )
+        """Its line is free for what follows."""
+        self._shown.__exit__()

@@ -57,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--flip", action="append", default=[], metavar="BUS:ID:BIT",
         help="with --repeat: invert this bit of the first frame with this identifier",
     )  # fmt: skip
+    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
     parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
 
 
@@ -66,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _again(arguments) if arguments.shrink is None else _shrunk(arguments)
     if arguments.set or arguments.only or arguments.flip:
         raise BadValue("--set, --only and --flip change one run: give its number with --repeat")
-    progress = Progress()
+    progress = Progress(arguments.runs, quiet=arguments.quiet)
     try:
         runs = run_campaign(
             arguments.file,

@@ -27,6 +27,7 @@ from canwire.commands.candrv.opening import (
 )
 from canwire.commands.candrv.switches import Switches
 from canwire.commands.candrv.work import work
+from canwire.commands.console import complain
 
 if TYPE_CHECKING:
     from canwire.candrv import Handle
@@ -44,17 +45,38 @@ def can_write(switches: Switches, closing: ExitStack) -> int:
         point_out(device)
         start = f"Start sending {MESSAGES} messages to {switches.device}, baudrate={rate} Hz"
         try:
-            work(lambda: _write_all(device, start, log), device.close)
+            written = Written(switches.device)
+            work(lambda: _write_all(device, start, log, written), device.close, written.look)
         except CanwireError as error:
             raise failed("Write error", error) from error
     return OK
 
 
-def _write_all(device: Handle, start: str, log: IO[bytes] | None) -> None:
+class Written:
+    """How many messages CanWrite got rid of; it says once that none goes out any more, as nobody may be listening."""
+
+    def __init__(self, device: str) -> None:
+        self.count = self._before = 0
+        self._device = device
+        self._told = False
+
+    def look(self) -> None:
+        """Between two looks a bus that takes messages takes some."""
+        if self.count == self._before and not self._told:
+            self._told = True
+            complain(
+                f"{self._device}: message {self.count} of {MESSAGES} waits: the bus takes none; does another "
+                "controller run there? Ctrl-C ends it"
+            )
+        self._before = self.count
+
+
+def _write_all(device: Handle, start: str, log: IO[bytes] | None, written: Written) -> None:
     say(start)
     for number in range(MESSAGES):
         line = f"{number:x} 0 8 0 0 0 0 0 0 0 0\n".encode()
         device.write_text(line)
+        written.count = number + 1
         if log is not None:
             log.write(line)
 

@@ -29,7 +29,7 @@ from canwire.commands.candrv.opening import (
 )
 from canwire.commands.candrv.switches import Switches
 from canwire.commands.candrv.work import work
-from canwire.commands.lab.progress import Progress
+from canwire.commands.shell.progress import Progress
 
 if TYPE_CHECKING:
     from canwire.candrv import Handle

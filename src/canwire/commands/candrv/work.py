@@ -8,10 +8,12 @@ from collections.abc import Callable
 _LOOK_S = 0.5  # Windows tells of Ctrl-C between two waits only
 
 
-def work(call: Callable[[], object], stop: Callable[[], object]) -> None:
+def work(
+    call: Callable[[], object], stop: Callable[[], object], look: Callable[[], object] = lambda: None
+) -> None:
     """`call` until its end; what it raises is raised. Ctrl-C does `stop`, waits for that end and is raised then.
 
-    What `call` raises after `stop` is nobody's: it was stopped.
+    `look` is called every half second meanwhile. What `call` raises after `stop` is nobody's: it was stopped.
     """
     ended = threading.Event()
     errors: list[BaseException] = []
@@ -28,7 +30,7 @@ def work(call: Callable[[], object], stop: Callable[[], object]) -> None:
     try:
         thread.start()
         while not ended.wait(_LOOK_S):
-            pass
+            look()
     except KeyboardInterrupt:
         stop()
         while thread.is_alive() and not ended.wait(_LOOK_S):

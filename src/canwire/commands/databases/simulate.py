@@ -1,6 +1,6 @@
 """`canwire simulate`: the messages that a network's description has a node send, at their cycle times.
 
-canwire simulate Engine can0 --db examples/engine.dbc                 until Ctrl-C
+canwire simulate Engine can0 --db examples/engine.dbc                 until Ctrl-C, whether or not anybody listens
 canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --set EngineSpeed=1500 --set EngineData.Ready=yes
 canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --plugin examples.alive:alive
 
@@ -97,26 +97,29 @@ class Running:
         self._channel = channel
         self._simulation = simulation
         self.sending = sending
+        self._refused = 0
 
     def run(self, duration_s: float | None) -> None:
-        """Until the time is over, or the queue stays full because nobody takes frames."""
+        """Until the time is over, or for ever. Where nobody takes frames, cycles that find no room are left out."""
         end_ns = None if duration_s is None else self._now_ns() + round(duration_s * _NS)
         while end_ns is None or self._now_ns() < end_ns:
             for frame in self._simulation.due(self._now_ns()):
                 assert isinstance(frame, Frame)  # LIN messages have no cycle times
-                if not self.sending.queue(frame):
-                    return
+                if not self.sending.offer(frame):
+                    self._refused += 1
             until_ns = self._simulation.next_ns()
             self._wait_until(until_ns if end_ns is None else min(until_ns, end_ns))
 
     def summary(self) -> str:
         """What was sent, and what became of it."""
         simulation = self._simulation
-        text = f"{simulation.node}: {simulation.summary()}; {simulation.sent.total()} sent"
+        text = f"{simulation.node}: {simulation.summary()}; {simulation.sent.total() - self._refused} sent"
         try:
             text += f", {self._channel.status().delivered} delivered"
         except HubError as error:
             text += f", delivered unknown: {error}"
+        if self._refused:
+            text += f", {self._refused} left out while the bus took none"
         return text + f", {simulation.missed} cycles missed"
 
     def _now_ns(self) -> int:

@@ -52,8 +52,13 @@ class Generator:
         self._began_s = self._now_s()
         self._ended_s: float | None = None
 
-    def run(self, plan: Iterable[tuple[float, Frame]], seconds: float | None) -> int:
-        """Until the plan or the time is over; 1 if frames were not delivered, which it says and why."""
+    def run(
+        self, plan: Iterable[tuple[float, Frame]], seconds: float | None, *, endless: bool = False
+    ) -> int:
+        """Until the plan or the time is over; 1 if frames were not delivered, which it says and why.
+
+        Where the bus takes nothing, an `endless` plan waits, any other gives up after `timeout_s`.
+        """
         due_s = self._began_s = self._now_s()
         end_s = None if seconds is None else self._began_s + seconds
         for gap_s, frame in plan:
@@ -61,7 +66,12 @@ class Generator:
             if end_s is not None and due_s >= end_s:
                 break
             self._generated += 1
-            if not self._sending.queue(frame):
+            if endless:
+                if not self._sending.queue_patiently(
+                    frame, lambda: end_s is not None and self._now_s() >= end_s
+                ):
+                    break
+            elif not self._sending.queue(frame):
                 break
         status = self._sending.result()
         self._ended_s = self._now_s()

@@ -1,6 +1,6 @@
 """`canwire gen`: traffic onto a line, by pattern or by a database.
 
-canwire gen can0                                    random frames, five a second, until Ctrl-C
+canwire gen can0                                    random frames, five a second, until Ctrl-C, listened to or not
 canwire gen can0 --id 100-1FF --rate 1000 -n 5000   these identifiers one after the other, 1000 frames/s
 canwire gen can0 --load 40 --seconds 10             40 percent of the bus, for ten seconds
 canwire gen can0 --id 123 --data 11xx --gap 0       as fast as the bus takes them; x is a random digit
@@ -81,7 +81,7 @@ def _add_times(group: argparse._ArgumentGroup) -> None:
     pace.add_argument("--load", type=float, metavar="PERCENT", help="share of the bus")
     group.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many frames")
     group.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
-    add_timeout_argument(group)
+    add_timeout_argument(group, "with -n, ")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -97,7 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"onto {place.address} on {place.info.bus}, --seed {seed}")
         generator = Generator(hub, place, channel, arguments.timeout)
         try:
-            return generator.run(islice(plan, arguments.count), arguments.seconds)
+            return generator.run(
+                islice(plan, arguments.count), arguments.seconds, endless=arguments.count is None
+            )
         finally:
             _report(arguments, generator)
 

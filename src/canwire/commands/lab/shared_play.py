@@ -13,10 +13,10 @@ from canwire.commands.can_line import open_sender, wanted_by
 from canwire.commands.console import complain
 from canwire.commands.lab.any_log import AnyLog
 from canwire.commands.lab.candump_log import CandumpLog, Survey
-from canwire.commands.lab.progress import Progress
 from canwire.commands.logs.choosing import parsed_map
 from canwire.commands.send import Sending
 from canwire.commands.shared_hub import connected
+from canwire.commands.shell.progress import Progress
 
 _QUEUE = 1024
 _PATIENCE_S = 1.0

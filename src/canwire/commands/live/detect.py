@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -20,6 +22,7 @@ from canwire import BadTiming, BadValue, Capabilities, InUse, LinePlace, LineSta
 from canwire.commands.console import complain
 from canwire.commands.live.scan import Candidate, Scan
 from canwire.commands.shared_hub import add_hub_argument, add_line_argument, connected, find_line
+from canwire.commands.shell.progress import Progress, watched
 
 if TYPE_CHECKING:
     from canwire import Control, Hub
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
 RATES = (500_000, 250_000, 1_000_000, 125_000, 100_000, 800_000, 50_000, 20_000, 10_000, 5_000)
 _DATA_RATES = (2_000_000, 1_000_000, 4_000_000, 5_000_000, 8_000_000)
 _LONGEST_S = 3600.0
+_PATIENCE_S = 3.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="one more to try, before the usual ones",
     )
     parser.add_argument("--json", action="store_true", help="print a JSON object")
+    parser.add_argument("--quiet", action="store_true", help="say nothing while it listens")
     add_hub_argument(parser)
 
 
@@ -55,7 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
         hub = connected(arguments, "detect", closing)
         place = find_line(hub, arguments.line, to_send=True)
         try:
-            found = detected(hub, place, arguments.rate, arguments.timeout)
+            quiet = arguments.quiet or arguments.json
+            found = detected(hub, place, arguments.rate, arguments.timeout, quiet=quiet)
         except NothingHeard as error:
             complain(f"{place.address} on {place.info.bus or 'its bus'}: {error}")
             return 1
@@ -75,8 +81,10 @@ def _show(arguments: argparse.Namespace, place: LinePlace, found: Candidate) -> 
     )
 
 
-def detected(hub: Hub, place: LinePlace, more: list[int], timeout_s: float) -> Candidate:
-    """The rate, listening through this line, which afterwards is as it was.
+def detected(
+    hub: Hub, place: LinePlace, more: list[int], timeout_s: float, *, quiet: bool = True
+) -> Candidate:
+    """The rate, listening through this line, which afterwards is as it was. Says how far it is unless `quiet`.
 
     Raises NothingHeard, BadTiming where the line can make none of the rates, InUse while others use the line.
     """
@@ -86,13 +94,25 @@ def detected(hub: Hub, place: LinePlace, more: list[int], timeout_s: float) -> C
             f"{place.address} runs, and {before.channels} channels use it; name a line that nobody uses, or end those"
         )
     candidates = candidates_of(place.info.capabilities, [*more, *RATES])
+    progress = _progress(place, len(candidates), timeout_s, quiet)
     with hub.open_control(place.board.id, place.line) as control:
         if before.running:
             control.stop()
         try:
-            return _searched(hub, place, control, candidates, timeout_s)
+            began_s = time.monotonic()
+            with watched(progress, lambda: round(time.monotonic() - began_s)):
+                return _searched(hub, place, control, candidates, timeout_s)
         finally:
             _restore(control, before)
+
+
+def _progress(place: LinePlace, tries: int, timeout_s: float, quiet: bool) -> Progress:
+    """Of the time that it takes at most, which is said at the beginning."""
+    longest_s = tries * timeout_s
+    if not quiet and longest_s >= _PATIENCE_S:
+        where = f"{place.address} on {place.info.bus or 'its bus'}"
+        complain(f"{where}: listening at up to {tries} settings, {longest_s:g} s at most; Ctrl-C ends it")
+    return Progress(math.ceil(longest_s), "detect", unit=" s", lines=True, quiet=quiet)
 
 
 def candidates_of(capabilities: Capabilities, rates: list[int]) -> list[Candidate]:

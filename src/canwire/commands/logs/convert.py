@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -30,9 +30,10 @@ from canwire import BadValue, convert_log, log_formats, merge_logs, open_log
 from canwire.commands.console import complain
 from canwire.commands.logs.choosing import add_filter_argument, add_map_argument, chosen_by, parsed_maps
 from canwire.commands.logs.faults import tell_faults
+from canwire.commands.shell.progress import Progress
 
 if TYPE_CHECKING:
-    from canwire import Log, LogWriter
+    from canwire import Log, LogBatch, LogWriter
 
 __doc__ = (__doc__ or "").format(
     formats=", ".join(row.name + ("" if row.writes else " (read only)") for row in log_formats())
@@ -52,6 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_filter_argument(parser)
     add_map_argument(parser, "what a channel is called in OUT; again, or with commas: several")
     parser.add_argument("--merge", action="store_true", help="write several logs into one")
+    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
     parser.add_argument("--strict", action="store_true", help="exit status 1 if anything was left out")
     parser.add_argument(
         "--json", action="store_true", help="print what was done as JSON, on stderr where OUT is -"
@@ -62,8 +64,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Convert; 1 for faults in the log. BadLog for a file that is none, BadValue, OSError."""
     if len(arguments.logs) > 1 and not arguments.merge:
         raise BadValue(f"{len(arguments.logs)} logs into {arguments.out}: --merge writes them into one")
-    only, names = chosen_by(arguments.filter), parsed_maps(arguments.map, len(arguments.logs))
+    chosen, names = chosen_by(arguments.filter), parsed_maps(arguments.map, len(arguments.logs))
     with ExitStack() as closing:
+        quiet = arguments.quiet or arguments.json
+        only = _counted(
+            chosen,
+            closing.enter_context(Progress(None, "convert", unit=" entries read", lines=True, quiet=quiet)),
+        )
         logs = [closing.enter_context(open_log(path, format=arguments.form)) for path in arguments.logs]
         try:
             if arguments.merge:
@@ -76,6 +83,21 @@ def run(arguments: argparse.Namespace) -> int:
         _tell(arguments, logs, out)
     faults = sum(log.fault_count for log in logs)
     return 1 if faults or (arguments.strict and out.left_out) else 0
+
+
+def _counted(
+    chosen: Callable[[LogBatch], LogBatch] | None, progress: Progress
+) -> Callable[[LogBatch], LogBatch]:
+    """What is chosen of each batch, showing how many entries were read."""
+    count = 0
+
+    def only(batch: LogBatch) -> LogBatch:
+        nonlocal count
+        count += len(batch.records)
+        progress.show(count)
+        return batch if chosen is None else chosen(batch)
+
+    return only
 
 
 def _tell(arguments: argparse.Namespace, logs: Sequence[Log], out: LogWriter) -> None:

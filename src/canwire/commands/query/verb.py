@@ -25,6 +25,7 @@ from canwire import BadValue, Trace, open_trace
 from canwire.commands.databases.chosen import add_database_argument, databases_of
 from canwire.commands.logs.faults import tell_faults
 from canwire.commands.query.output import write_rows
+from canwire.commands.shell.progress import Progress, watched
 
 _UNITS = {"M": 20, "G": 30}
 _TABLES = """select table_name as "table", string_agg(column_name, ', ' order by column_index) as columns
@@ -41,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--csv", action="store_true", help="lines of comma-separated values")
     form.add_argument("--json", action="store_true", help="a JSON object for each row")
     form.add_argument("-o", dest="out", metavar="FILE", help="into FILE.csv, FILE.json or FILE.parquet")
+    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
     parser.add_argument(
         "--memory", metavar="SIZE", default="512M", help="what DuckDB may take: 512M (default), 2G"
     )
@@ -69,7 +71,10 @@ def _answer(trace: Trace, query: str, arguments: argparse.Namespace) -> None:
     if rows is None:
         return
     form = "csv" if arguments.csv else "json" if arguments.json else "table"
-    write_rows(rows, form, arguments.out)
+    quiet = arguments.quiet or form == "json"
+    progress = Progress(100, "query", unit=" percent", lines=True, quiet=quiet)
+    with watched(progress, lambda: max(0, round(trace.connection.query_progress()))):
+        write_rows(rows, form, arguments.out)
 
 
 def _refuse_itself(trace: str, out: str | None) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 _USUAL = 80  # columns
 TIMES = {
@@ -60,6 +60,27 @@ class Parser(argparse.ArgumentParser):
         if unknown and self._subparsers is None:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant(unknown)}")
         return found, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """Of words that are missing only those are named without which the verb does nothing."""
+        head, required, names = message.partition("are required: ")
+        if required:
+            optional = {one.metavar for one in self._get_positional_actions() if one.nargs in ("*", "?")}
+            names = ", ".join(name for name in names.split(", ") if name not in optional)
+        super().error(head + required + names)
+
+    def format_help(self) -> str:
+        """What the verb takes in short, its own words with its commonest uses first, and then every option."""
+        formatter = self.formatter_class(prog=f"{self.prog} [options]")
+        formatter.add_usage(None, self._get_positional_actions(), [])
+        formatter.add_text(self.description)
+        for group in self._action_groups:
+            formatter.start_section(group.title)
+            formatter.add_text(group.description)
+            formatter.add_arguments(group._group_actions)
+            formatter.end_section()
+        formatter.add_text(self.epilog)
+        return formatter.format_help()
 
     def _takes_several(self) -> bool:
         counts = [action.nargs for action in self._get_positional_actions()]
