@@ -23,7 +23,7 @@ KINDS = ["function", "parameter", "structure", "field", "constant", "type", "reg
 KINDS += ["service", "assembly name", "program", "switch", "setting", "menu", "key", "file", NO_NAME]
 HEAD = """# The names of ACAN, and where they are here
 
-Written by `python docs/acan_map.py` from the text of the INduCAN104 manual (seed 001): change that, not this page.
+Written by `python docs/acan_map.py` from the text of the INduCAN104 manual: change that, not this page.
 {total} names.
 
 """

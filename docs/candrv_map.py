@@ -23,7 +23,7 @@ KINDS = ["function", "parameter", "structure", "field", "constant", "error", "ty
 KINDS += ["registry entry", "program", "switch", "file", NO_NAME]
 HEAD = """# The names of CANDRV, and where they are here
 
-Written by `python docs/candrv_map.py` from the text of the CANDRV manual (seed 000): change that, not this page.
+Written by `python docs/candrv_map.py` from the text of the CANDRV manual: change that, not this page.
 {total} names.
 
 """

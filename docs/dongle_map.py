@@ -22,7 +22,7 @@ MANUAL = "003_18a6c0cc1d4d221f.txt"
 KINDS = ["command", "rate", "flag", "register", "answer"]
 HEAD = """# The names of the CANBUS dongle, and what they are here
 
-Written by `python docs/dongle_map.py` from the text of the CANBUS manual (seed 003): change that, not this page.
+Written by `python docs/dongle_map.py` from the text of the CANBUS manual: change that, not this page.
 {total} names. A program sends the commands as they are, to the place that `canwire slcan` prints;
 `canwire.slcan.Dongle` answers them in Python.
 

@@ -23,7 +23,7 @@ from name_map import NO_NAME, ROOT, ROW, TABLE, Missing, counterparts
 
 PAGE = ROOT / "docs" / "vci-map.md"
 V4_MANUAL, V3_MANUAL = "004_3482d6bb25e02c49.txt", "002_49fc4c60c6d60e35.txt"
-V4, V3 = "V4, the C++ manual (seed 004)", "V3, the .NET manual (seed 002)"
+V4, V3 = "V4, the C++ manual", "V3, the .NET manual"
 KINDS = ["function", "interface", "method", "structure", "field", "constant", "macro", "error code"]
 KINDS += ["type", "member", "parameter", NO_NAME]
 HEAD = """# The names of VCI, and where they are here

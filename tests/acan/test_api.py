@@ -1,4 +1,4 @@
-"""ACAN.H's functions as a program calls them. Source: INduCAN104 manual (seed 001), "Programming interface"."""
+"""ACAN.H's functions as a program calls them. Source: INduCAN104 manual, "Programming interface"."""
 
 from __future__ import annotations
 

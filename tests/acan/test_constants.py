@@ -1,4 +1,4 @@
-"""ACAN.H's constants have the manual's numbers. Source: seed 001, "Data structures", annex A."""
+"""ACAN.H's constants have the manual's numbers. Source: INduCAN104 manual, "Data structures", annex A."""
 
 from __future__ import annotations
 

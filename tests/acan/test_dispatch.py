@@ -1,4 +1,4 @@
-"""What the bus brings, handed to blocks. Source: INduCAN104 manual (seed 001), "Notification", "CAN channels"."""
+"""What the bus brings, handed to blocks. Source: INduCAN104 manual, "Notification", "CAN channels"."""
 
 from __future__ import annotations
 

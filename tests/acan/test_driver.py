@@ -1,4 +1,4 @@
-"""The driver on real hubs, from application to application. Source: INduCAN104 manual (seed 001)."""
+"""The driver on real hubs, from application to application. Source: INduCAN104 manual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""ACAN's hardware configuration: checks, registers, the hardware filter. Source: seed 001, "Hardware configuration"."""
+"""ACAN's hardware configuration: checks, registers, the hardware filter.
+
+Source: INduCAN104 manual, "Hardware configuration".
+"""
 
 from __future__ import annotations
 
@@ -227,7 +230,7 @@ def test_masks_are_inverted_and_the_top_sixteen_bits_counted() -> None:
     assert [programmed(HardConfig())[f"AMR{number}"] for number in range(4)] == [0xFF] * 4
 
 
-# Source: SJA1000 data sheet 6.4.15.2 (F19-F27); example of seed 003 (F28-F36); reference/sja1000.md 13
+# Source: SJA1000 data sheet 6.4.15.2 (F19-F27); example of the CANBUS manual (F28-F36); reference/sja1000.md 13
 VECTORS = [
     ("F19", "24653CC7", "00000000", "123", "57", True),
     ("F20", "24653CC7", "00000000", "123", "58", False),

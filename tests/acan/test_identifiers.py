@@ -1,4 +1,4 @@
-"""ACAN identifiers and the machines in them. Source: seed 001, "Messages identification"."""
+"""ACAN identifiers and the machines in them. Source: INduCAN104 manual, "Messages identification"."""
 
 from __future__ import annotations
 

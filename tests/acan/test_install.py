@@ -1,4 +1,4 @@
-"""Which board the driver serves. Source: INduCAN104 manual (seed 001), "Drivers and utilities setup"."""
+"""Which board the driver serves. Source: INduCAN104 manual, "Drivers and utilities setup"."""
 
 from __future__ import annotations
 

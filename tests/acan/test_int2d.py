@@ -1,4 +1,4 @@
-"""Assembly language programs find and call the driver, byte by byte. Source: seed 001, annex A."""
+"""Assembly language programs find and call the driver, byte by byte. Source: INduCAN104 manual, annex A."""
 
 # ruff: noqa: N802, N803 - the double has the manual's names
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""ACANTB as drivers keep it up to date. Source: INduCAN104 manual (seed 001), "Task block"."""
+"""ACANTB as drivers keep it up to date. Source: INduCAN104 manual, "Task block"."""
 
 from __future__ import annotations
 

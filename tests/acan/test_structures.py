@@ -1,4 +1,4 @@
-"""The structures lie in memory as the manual's 16-bit headers say. Source: seed 001, "Data structures"."""
+"""The structures lie in memory as the manual's 16-bit headers say. Source: INduCAN104 manual, "Data structures"."""
 
 from __future__ import annotations
 

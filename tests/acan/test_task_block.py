@@ -1,4 +1,4 @@
-"""Task blocks on their own: what they let through, keep and tell. Source: INduCAN104 manual (seed 001)."""
+"""Task blocks on their own: what they let through, keep and tell. Source: INduCAN104 manual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The INduCAN104's jumpers, ports, interrupt lines and LED, by its manual (seed 001)."""
+"""The INduCAN104's jumpers, ports, interrupt lines and LED, by its manual."""
 
 from __future__ import annotations
 

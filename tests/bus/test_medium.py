@@ -1,4 +1,4 @@
-"""How long a cable may be: the "Medium" table of the INduCAN104 manual (seed 001)."""
+"""How long a cable may be: the "Medium" table of the INduCAN104 manual."""
 
 from __future__ import annotations
 

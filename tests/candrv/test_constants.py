@@ -1,4 +1,4 @@
-"""Constants have canbusio.h's and Win32's values. Source: CANDRV manual (seed 000), appendix A; rulings.md 16, 20."""
+"""Constants have canbusio.h's and Win32's values. Source: CANDRV manual, appendix A; rulings.md 16, 20."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the manual (seed 000) is silent, and no other test shows what happens: see docs/porting-candrv.md."""
+"""Where the manual is silent, and no other test shows what happens: see docs/porting-candrv.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every error of canwire has a Win32 code. Source: rulings.md 20; CANDRV manual (seed 000), 7.8."""
+"""Every error of canwire has a Win32 code. Source: rulings.md 20; CANDRV manual, 7.8."""
 
 from __future__ import annotations
 

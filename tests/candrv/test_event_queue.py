@@ -1,4 +1,4 @@
-"""The event queue. Source: CANDRV manual (seed 000), 7.6, 7.7, 8.7, 8.9."""
+"""The event queue. Source: CANDRV manual, 7.6, 7.7, 8.7, 8.9."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Alignment and acceptance. Source: CANDRV manual (seed 000), tables 5 and 6, 7.9, 8.11; rulings.md 19, 33a."""
+"""Alignment and acceptance. Source: CANDRV manual, tables 5 and 6, 7.9, 8.11; rulings.md 19, 33a."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the controllers can. Source: CANDRV manual (seed 000), 8.13 to 8.16, 8.22, 8.23; rulings.md 18."""
+"""What the controllers can. Source: CANDRV manual, 8.13 to 8.16, 8.22, 8.23; rulings.md 18."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Structures lie in memory as a 32-bit compiler puts them. Source: seed 000, appendix A and 8.5; rulings.md 16."""
+"""Structures lie in memory as a 32-bit compiler puts them. Source: CANDRV manual, appendix A and 8.5; rulings.md 16."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""WriteFile's and ReadFile's texts. Source: CANDRV manual (seed 000), 8.3, 8.4; rulings.md 14."""
+"""WriteFile's and ReadFile's texts. Source: CANDRV manual, 8.3, 8.4; rulings.md 14."""
 
 from __future__ import annotations
 

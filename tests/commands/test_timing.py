@@ -124,8 +124,8 @@ def test_version_says_which_core_runs(capsys: pytest.CaptureFixture[str]) -> Non
         main(["--version"])
     assert caught.value.code == 0
     assert capsys.readouterr().out in (
-        "canwire 0.1.0 (compiled core)\n",
-        "canwire 0.1.0 (uncompiled core: slower)\n",
+        "canwire 0.2.0 (compiled core)\n",
+        "canwire 0.2.0 (uncompiled core: slower)\n",
     )
 
 

@@ -1,4 +1,4 @@
-"""The dongle's commands, rule by rule. Source: seed 003 chapter 2; rulings 26 to 29."""
+"""The dongle's commands, rule by rule. Source: CANBUS manual chapter 2; rulings 26 to 29."""
 
 from __future__ import annotations
 

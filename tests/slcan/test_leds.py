@@ -1,4 +1,4 @@
-"""The two LEDs. Source: seed 003, 1.2 and the F command's page."""
+"""The two LEDs. Source: CANBUS manual, 1.2 and the F command's page."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Acceptance filter vectors of the SJA1000, copied from reference/sja1000.md section 13.
 
 Mode B BasicCAN, S single filter, D dual filter. There: F01-F05 from data sheet 6.3.9 and 6.2.1.4;
-F06-F18 from 6.4.15.1; F19-F27 from 6.4.15.2; F28-F36 the example of seed 003 read with 6.4.15.2.
+F06-F18 from 6.4.15.1; F19-F27 from 6.4.15.2; F28-F36 the example of the CANBUS manual read with 6.4.15.2.
 """
 
 # number, mode, ACR, AMR, identifier (3 digits 11-bit, 8 digits 29-bit), remote, data, accepted

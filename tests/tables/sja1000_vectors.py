@@ -66,5 +66,5 @@ LOSSES = [
     ("SFF RTR against SFF data", ("40", "20 00"), ("00", "20 00"), 11),
 ]
 
-# R45: register, I/O port of an INduCAN104 with base 0x280 (seed 001)
+# R45: register, I/O port of an INduCAN104 with base 0x280 (INduCAN104 manual)
 PORTS = [(0, 0x280), (31, 0x29F), (32, 0x680), (64, 0xA80), (96, 0xE80), (127, 0xE9F)]

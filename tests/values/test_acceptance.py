@@ -133,7 +133,7 @@ def test_joined_filters_accept_what_either_does(frame: Frame, code: int, mask: i
 
 
 def test_vci_example_registers_100_to_103_without_remote() -> None:
-    """VCI V4 manual (seed 004) 5.2.4: code 001 0000 0000 0, mask 111 1111 1100 1."""
+    """VCI V4 manual 5.2.4: code 001 0000 0000 0, mask 111 1111 1100 1."""
     example = vci(False, 0b001_0000_0000_0, 0b111_1111_1100_1)
     accepted = [id for id in range(0x800) if example.accepts(Frame(id))]
     assert accepted == [0x100, 0x101, 0x102, 0x103]

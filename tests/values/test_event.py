@@ -47,7 +47,7 @@ def test_record_round_trip(event: BusEvent) -> None:
 
 @given(events)
 def test_record_reads_as_vci_wants_it(event: BusEvent) -> None:
-    """VCI V4 manual (seed 004) 7.3.14: type and acceptance code (always) in info; what counts first in the data."""
+    """VCI V4 manual 7.3.14: type and acceptance code (always) in info; what counts first in the data."""
     block = event.to_record()
     data = block[16:]
     assert int.from_bytes(block[:8], "little") == event.timestamp_ns

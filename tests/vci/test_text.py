@@ -1,4 +1,4 @@
-"""LUID and GUID texts: VCI V4 manual (seed 004) 6.1.5 to 6.1.8."""
+"""LUID and GUID texts: VCI V4 manual 6.1.5 to 6.1.8."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """ACAN: the interface of I+ME ACTIA's INduCAN104 boards, on canwire's.
 
-Source: INduCAN104 manual (seed 001).
+Source: INduCAN104 manual.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Nothing raises: a failure is FALSE, 0 or -1 as in C, and `last_error` says what it was. A star import brings all of
 ACAN.H: these functions, its constants, structures and types.
-Source: INduCAN104 manual (seed 001), "Programming interface"; rulings.md 24.
+Source: INduCAN104 manual, "Programming interface"; rulings.md 24.
 """
 
 # ruff: noqa: N802, N803 - functions and parameters have the manual's names

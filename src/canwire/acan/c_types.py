@@ -1,6 +1,6 @@
 """The C types of ACAN.H's structures, as annotations of their fields.
 
-Source: INduCAN104 manual (seed 001), "Programming interface" (definitions).
+Source: INduCAN104 manual, "Programming interface" (definitions).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ACAN.H's constants: enumerations, and under the manual's own names their members.
 
-Source: INduCAN104 manual (seed 001), "Data structures", "Programming interface" and annex A.
+Source: INduCAN104 manual, "Data structures", "Programming interface" and annex A.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What the bus brings, handed to every task block: frames through its filters, events as special conditions.
 
-Source: INduCAN104 manual (seed 001), "Notification", "CAN channels".
+Source: INduCAN104 manual, "Notification", "CAN channels".
 """
 
 from __future__ import annotations

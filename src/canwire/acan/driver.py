@@ -1,6 +1,6 @@
 """The library's half of the ACAN driver: one line of the hub, and this program's task blocks.
 
-Source: INduCAN104 manual (seed 001), "General operation of drivers and applications", "Programming interface".
+Source: INduCAN104 manual, "General operation of drivers and applications", "Programming interface".
 """
 
 from __future__ import annotations

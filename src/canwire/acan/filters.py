@@ -1,6 +1,6 @@
 """What a task block does with which frames: masks over the ACAN identifier, and channels.
 
-Source: INduCAN104 manual (seed 001), "CAN channels", "Message filters".
+Source: INduCAN104 manual, "CAN channels", "Message filters".
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Registers are the controller's own, in dual filter mode: filter 1 (ACR0, ACR1) i
 the broadcasts'. Only bits 28..13 of an ACAN identifier are compared: of a standard one all eleven, RTR in bit 17,
 and in bits 16..13 the first data byte: its high nibble with the machine's value, its low one with the broadcasts'.
 The manual's shifts for ACR and AMR do not fit its own drawing of the identifier; the drawing counts.
-Source: INduCAN104 manual (seed 001), "Hardware configuration"; SJA1000 data sheet 6.4.15.2 (dual filter), 6.5.
+Source: INduCAN104 manual, "Hardware configuration"; SJA1000 data sheet 6.4.15.2 (dual filter), 6.5.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
     standard        ID10 ..... ID0  0 ............... 0
 
 A few bits, wherever the application wants them, name the machine that a message is for (MID); 0 there means all.
-Source: INduCAN104 manual (seed 001), "Messages identification".
+Source: INduCAN104 manual, "Messages identification".
 """
 
 from __future__ import annotations

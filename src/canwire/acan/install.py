@@ -1,7 +1,7 @@
 """Which board the driver serves: what ACAN.EXE took as /P and /I, and VACAND.386 from SYSTEM.INI.
 
 The hub remembers it in its note "acan": nothing there means any board, see `find_line`.
-Source: INduCAN104 manual (seed 001), "Drivers and utilities setup"; scripts are a Unix shell's instead of START.BAT.
+Source: INduCAN104 manual, "Drivers and utilities setup"; scripts are a Unix shell's instead of START.BAT.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ Structures lie packed in memory: his is ACANHI, tbs ACANTB (tb_wsta is its wStat
 one), ambs ACANMB. A registered tbs's status, counters and occupation are written into memory whenever they change, as
 the driver's interrupt routine did (rulings.md 40); on a hub in virtual time, where nobody works by himself, in each
 service.
-Source: INduCAN104 manual (seed 001), annex A; Alternate Multiplex Interrupt Specification 3.6.
+Source: INduCAN104 manual, annex A; Alternate Multiplex Interrupt Specification 3.6.
 """
 
 from __future__ import annotations

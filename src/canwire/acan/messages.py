@@ -1,4 +1,4 @@
-"""ACAN's messages and canwire's frames. Source: INduCAN104 manual (seed 001), "ACAN messages"."""
+"""ACAN's messages and canwire's frames. Source: INduCAN104 manual, "ACAN messages"."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A task block that shows its state in an application's ACANTB, as the drivers did.
 
-Source: INduCAN104 manual (seed 001), "Task block", "Notification".
+Source: INduCAN104 manual, "Task block", "Notification".
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What the INT 2Dh interface needs of the library: the functions of acan.api, as a module or an object.
 
-Source: INduCAN104 manual (seed 001), "Programming interface" and annex A.
+Source: INduCAN104 manual, "Programming interface" and annex A.
 """
 
 # ruff: noqa: N802 - the functions have the manual's names

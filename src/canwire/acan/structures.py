@@ -5,7 +5,7 @@
 
 Packed and little-endian; a pointer is a far pointer, its offset in the low word. In Python a pointer field holds
 the thing itself (a buffer, a callable) or None; `pack()` needs numbers there, `unpack()` gives them.
-Source: INduCAN104 manual (seed 001), "Data structures".
+Source: INduCAN104 manual, "Data structures".
 """
 
 # ruff: noqa: N815 - the fields have the manual's names

@@ -1,7 +1,7 @@
 """Task blocks: which frames and conditions an application wants to hear of, and what has come of them.
 
 Nothing here starts threads or asks a hub: a driver offers frames and conditions, an application takes them.
-Source: INduCAN104 manual (seed 001), "Message filters", "Task block", "Notification".
+Source: INduCAN104 manual, "Message filters", "Task block", "Notification".
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The INduCAN104: an SJA1000 on a PC/104 board, whose jumpers set its address and its interrupt line.
 
-Source: INduCAN104 manual (seed 001, "Hardware description"). Its drawing labels an E12 too, but its list of levels
+Source: INduCAN104 manual ("Hardware description"). Its drawing labels an E12 too, but its list of levels
 ends with IRQ 11; we follow the list.
 """
 

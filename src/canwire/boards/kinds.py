@@ -12,7 +12,7 @@ USUAL_BOARDS = ("usb-to-can-fd", "usb-to-can", inducan104.KIND, "picocom1")
 """What is plugged in where nobody says anything else (source: rulings.md 30)."""
 SLCAN, SLCAN_FD, PYTHON_CAN = "slcan", "slcan-fd", "python-can"
 F_AND_S_CHANNELS = (2, 3)
-"""To receive and to send with: as many as the controller has registers for (source: CANDRV manual, seed 000, 7.3)."""
+"""To receive and to send with: as many as the controller has registers for (source: CANDRV manual, 7.3)."""
 
 KINDS = {
     kind.name: kind

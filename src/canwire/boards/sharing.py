@@ -1,6 +1,6 @@
 """Who has a line open for reading and for writing, by the rules of Win32 share modes.
 
-Source: CANDRV manual (seed 000) 7.3 and 8.1, CreateFile.
+Source: CANDRV manual 7.3 and 8.1, CreateFile.
 """
 
 from __future__ import annotations

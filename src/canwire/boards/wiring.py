@@ -1,6 +1,6 @@
 """What is unusual about the copper of a bus, in sentences for people; nothing of it keeps a bus from running.
 
-Source: INduCAN104 manual (seed 001, "Network topology and medium").
+Source: INduCAN104 manual ("Network topology and medium").
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Copper has length: how late a level arrives at the other end.
 
-The table of the INduCAN104 manual (seed 001, "Medium") gives the longest cable for a bit rate: 1 Mbit/s 25 m,
+The table of the INduCAN104 manual ("Medium") gives the longest cable for a bit rate: 1 Mbit/s 25 m,
 800 kbit/s 50 m, 500 kbit/s 100 m, 250 kbit/s 250 m, 125 kbit/s 500 m, and 15 m less for each opto-coupler (75 ns)
 between two nodes. At 5 ns/m that leaves, of the half bit up to the usual sample point that a level may take one way,
 a share of the bit time for what it calls hardware delay; that share is what the nodes here add to the cable.

@@ -8,7 +8,7 @@
 
 `candrv.win32` has the manual's own functions over the same handles.
 
-Source: CANDRV manual V2.06 (seed 000).
+Source: CANDRV manual V2.06 (CANDRV manual).
 """
 
 from __future__ import annotations

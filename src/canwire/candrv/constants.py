@@ -1,6 +1,6 @@
 """canbusio.h's constants, and Win32's that programs on CANDRV use: enumerations, and under their own names the members.
 
-Source: CANDRV manual (seed 000), appendix A and chapter 8; rulings.md 16 (CTL_CODE) and 20 (error codes).
+Source: CANDRV manual, appendix A and chapter 8; rulings.md 16 (CTL_CODE) and 20 (error codes).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CandrvError: a call that failed, with the Win32 code of GetLastError; and canwire's errors as such codes.
 
-Source: CANDRV manual (seed 000), 7.8 and chapter 8; rulings.md 20; winerror.h for the texts.
+Source: CANDRV manual, 7.8 and chapter 8; rulings.md 20; winerror.h for the texts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The event queue of a receive channel: so many events, a mask of their types, and a count of those that were lost.
 
-Nothing here waits or locks: the handle does. Source: CANDRV manual (seed 000), 7.6, 7.7, 8.7, 8.9; rulings.md 15.
+Nothing here waits or locks: the handle does. Source: CANDRV manual, 7.6, 7.7, 8.7, 8.9; rulings.md 15.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ frame does not have are not compared, as in the controllers.
 
 The registry's defaults, code 0 and mask 0 with MaskActive 0, accept identifier 0 and nothing else, by the letter of
 table 5: a program that wants more says so, as CanRead does. `everything()` gives what it has to say.
-Source: CANDRV manual (seed 000), 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19, 33 and 33a.
+Source: CANDRV manual, 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19, 33 and 33a.
 """
 
 from __future__ import annotations

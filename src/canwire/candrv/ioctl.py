@@ -4,7 +4,7 @@ Win32's own access bits in the codes are not the last word, as on Windows CE: 8.
 only reads, though its code asks for writing, and whoever may query the device may ask for its time. So a code needs
 the virtual channel that it is about, and otherwise no access.
 
-Source: CANDRV manual (seed 000), 8.10 to 8.29 and appendix A; rulings.md 16.
+Source: CANDRV manual, 8.10 to 8.29 and appendix A; rulings.md 16.
 """
 
 from __future__ import annotations

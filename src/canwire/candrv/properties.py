@@ -2,7 +2,7 @@
 
 The manual prints no table and no figures: the rates are CiA's, clocks and segments those of the chips' data sheets
 at 16 MHz. A SJA1000 stays in its PeliCAN mode in CAN2.0A, too: so it has all commands and registers in both.
-Source: CANDRV manual (seed 000), 8.13 to 8.16, 8.22, 8.23; rulings.md 18.
+Source: CANDRV manual, 8.13 to 8.16, 8.22, 8.23; rulings.md 18.
 """
 
 from __future__ import annotations

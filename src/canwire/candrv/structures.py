@@ -5,7 +5,7 @@
 
 Little-endian, aligned naturally: two bytes follow CAN_TRANSMIT_DATA.msg. TCHAR is UTF-16LE. A field takes only
 what fits it: assigning anything else raises BadValue.
-Source: CANDRV manual (seed 000), appendix A and 8.5; rulings.md 16.
+Source: CANDRV manual, appendix A and 8.5; rulings.md 16.
 """
 
 # ruff: noqa: N801, N815 - the structures and fields have the manual's names

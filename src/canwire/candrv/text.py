@@ -5,7 +5,7 @@
 
 Printed is exactly the grammar of 8.4, hex digits in lower case as %x prints them; the bytes are those that the
 message has: none in a remote one, eight above DLC 8. Read are that and the shorter form of the manual's examples.
-Source: CANDRV manual (seed 000), 8.3, 8.4; rulings.md 14.
+Source: CANDRV manual, 8.3, 8.4; rulings.md 14.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ of `candrv.structures`; a buffer that is written is a bytearray or another writa
 is filled in; what ctypes has (arrays, structures, byref) will do for both. COMMTIMEOUTS is a structure, also where
 GetCommTimeouts fills it in. Further constants: `canwire.candrv.constants`.
 
-Source: CANDRV manual (seed 000), chapter 8.
+Source: CANDRV manual, chapter 8.
 """
 
 # ruff: noqa: N802, N803 - functions and parameters have the manual's names

@@ -1,6 +1,6 @@
 """The CARTFT CANBUS dongle, emulated: the ASCII protocol of serial CAN adapters over a line of the hub.
 
-`canwire slcan` serves one on a pseudo terminal, on TCP or on a serial port. Source: seed 003; rulings 26 to 29.
+`canwire slcan` serves one on a pseudo terminal, on TCP or on a serial port. Source: CANBUS manual; rulings 26 to 29.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import Protocol
 from canwire import BitTiming, BusEvent, Frame
 
 ACCEPT_ALL = (bytes(4), b"\xff\xff\xff\xff")  # AC0..AC3, AM0..AM3 after power-up
-TRANSMIT_QUEUE = 8  # frames (source: seed 003, 1.3)
+TRANSMIT_QUEUE = 8  # frames (source: CANBUS manual, 1.3)
 
 
 @dataclass(frozen=True, slots=True)

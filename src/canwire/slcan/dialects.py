@@ -1,6 +1,6 @@
 """What adapters of different makers understand: each dialect's commands as a table, and its bit rates.
 
-Sources: seed 003 (CANBUS dongle), rulings 27 and 29; the CANable 2 firmware as reference/can-protocol.md's appendix
+Sources: CANBUS manual, rulings 27 and 29; the CANable 2 firmware as reference/can-protocol.md's appendix
 tells it, which answers nothing but V and E.
 """
 

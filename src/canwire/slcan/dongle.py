@@ -2,7 +2,7 @@
 
 What the document leaves open is read like this: a frame counts as waiting until it is on the bus for good, so the
 ninth is refused while eight are (CT-18); flags latch until F reads them, the channel's closing does not clear them;
-C gives up what waits in both queues. Source: seed 003; rulings 26 to 29.
+C gives up what waits in both queues. Source: CANBUS manual; rulings 26 to 29.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The F byte: the SJA1000's interrupt register, but for three bits that are the firmware's or nobody's.
 
-Source: seed 003, F; reference/sja1000.md section 11.
+Source: CANBUS manual, F; reference/sja1000.md section 11.
 """
 
 from __future__ import annotations

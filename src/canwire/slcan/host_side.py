@@ -7,7 +7,7 @@ from collections import deque
 from canwire import Frame, format_slcan_frame
 from canwire.slcan.settings import DongleCounters
 
-RECEIVE_QUEUE = 32  # frames (source: seed 003, 1.3)
+RECEIVE_QUEUE = 32  # frames (source: CANBUS manual, 1.3)
 STAMP_PERIOD_MS = 60_000  # 0000..EA5F
 _FOR_REPLIES = 1024  # bytes that frames leave free
 _LONGEST_FRAME = 160

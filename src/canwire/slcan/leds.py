@@ -1,6 +1,6 @@
 """The dongle's two LEDs: when they are lit, and what they have shown.
 
-Source: seed 003, 1.2 (three blinks about a second after power-up, green for each frame) and the F command's page.
+Source: CANBUS manual, 1.2 (three blinks about a second after power-up, green for each frame) and the F command's page.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ class Acceptance:
     def identifier_list(cls, codes: Iterable[int], *, extended: bool) -> Acceptance:
         """Exactly these frames; a code is id << 1 | remote, as in VCI's lists.
 
-        Source: VCI V4 manual (seed 004) 5.2.4. Raises BadFilter if a code has too many bits.
+        Source: VCI V4 manual 5.2.4. Raises BadFilter if a code has too many bits.
         """
         width = 30 if extended else 12
         marked = LIST_EXTENDED if extended else 0

@@ -29,7 +29,7 @@ def vci(select_extended: bool, code: int, mask: int) -> Acceptance:
 
     Bits above the identifier are ignored, save that code bit 31, compared, shuts the filter:
     CAN_ACC_CODE_NONE with CAN_ACC_MASK_NONE. Raises BadFilter beyond 32 bits.
-    Source: VCI V4 manual (seed 004) 5.2.4; reference/vci.md section 3, CAN_ACC_.
+    Source: VCI V4 manual 5.2.4; reference/vci.md section 3, CAN_ACC_.
     """
     code, mask = checked("code", code, 32), checked("mask", mask, 32)
     if code & mask & _VCI_NEVER:
@@ -112,7 +112,7 @@ def candrv(code: int, mask: int, align: int, mask_active: int, mode_2b: bool) ->
     in Table 6. 11-bit filters also compare the first two data bytes with bits 15..0 (Align 0, 2,
     3) where code or mask names any, as far as a frame has them (rulings.md 33a). Align 1 with
     29-bit frames knows identifiers up to 0x7FF only (rulings.md 19).
-    Source: CANDRV manual (seed 000) 6 (MaskActive, Align), 7.9, 8.11.
+    Source: CANDRV manual 6 (MaskActive, Align), 7.9, 8.11.
     """
     code, mask = checked("code", code, 32), checked("mask", mask, 32)
     if align not in _CANDRV_SHIFT:

@@ -1,6 +1,6 @@
 """What happens on a bus besides frames: errors, changes of state, lost arbitration.
 
-Source: VCI V4 manual (seed 004) 7.3.14 (message types, error codes); ISO 11898-1 fault confinement.
+Source: VCI V4 manual 7.3.14 (message types, error codes); ISO 11898-1 fault confinement.
 """
 
 from __future__ import annotations

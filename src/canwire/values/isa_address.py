@@ -2,7 +2,7 @@
 
 The board takes 32 addresses below 400h, as the bus of the PC/AT wants it: A9..A5 select the board, A4..A0 one of
 32 registers, and A11, A10, which that bus leaves free, one of four pages of 32. BasicCAN's 32 registers are page 0.
-A15..A12 go nowhere. Source: INduCAN104 manual (seed 001, "PC/104 board address"). Its page ranges "0-32, 33-64, ..."
+A15..A12 go nowhere. Source: INduCAN104 manual ("PC/104 board address"). Its page ranges "0-32, 33-64, ..."
 count wrong; its addresses make them 0..31, 32..63, 64..95, 96..127.
 """
 

@@ -9,7 +9,7 @@ nanoseconds; a dialect that wants ticks converts on its own side.
     12      4     info      the bits below
     16      64    data      events: see EVENT_* below
 
-Source: VCI V4 manual (seed 004) 7.3.14-7.3.16, reference/vci.md sections 3 and 5.
+Source: VCI V4 manual 7.3.14-7.3.16, reference/vci.md sections 3 and 5.
 """
 
 from __future__ import annotations

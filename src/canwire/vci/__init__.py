@@ -9,7 +9,7 @@
 
 Functions and methods have C's names in Python's spelling, return what C hands out through pointers, and raise
 VciError where C returns another HRESULT than VCI_OK. Constants keep their names.
-Source: VCI V4 manual (seed 004).
+Source: VCI V4 manual.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """IBalObject: the bus access layer of a board, from which its connectors are opened.
 
-Source: VCI V4 manual (seed 004) 5.1 and 6.5.1; reference/vci.md section 7a.
+Source: VCI V4 manual 5.1 and 6.5.1; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

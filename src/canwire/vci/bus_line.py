@@ -1,6 +1,6 @@
 """One connector of a board, and the access layer that all its interfaces keep open.
 
-Source: VCI V4 manual (seed 004) chapter 5.
+Source: VCI V4 manual chapter 5.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Bus and controller types: a 16-bit word, the bus in bits 15-8, the controller in bits 7-0.
 
-Source: vcitype.h, baltype.h and cantype.h of VCI 4.1; VCI V4 manual (seed 004) 7.1.4, 7.2.1,
+Source: vcitype.h, baltype.h and cantype.h of VCI 4.1; VCI V4 manual 7.1.4, 7.2.1,
 7.3.1; reference/vci.md section 2.
 """
 

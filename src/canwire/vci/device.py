@@ -1,6 +1,6 @@
 """IVciDeviceManager, IVciEnumDevice and IVciDevice: the boards that are plugged in.
 
-Source: VCI V4 manual (seed 004) chapter 3, 6.3, 7.1.3 and 7.1.4.
+Source: VCI V4 manual chapter 3, 6.3, 7.1.3 and 7.1.4.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 What a line of either kind can do, how it is set up and how it is stays apart in can/line.py and lin/line.py: there
 the same words mean other bits.
-Source: VCI V4 manual (seed 004) 5.2 and 5.3.
+Source: VCI V4 manual 5.2 and 5.3.
 """
 
 from __future__ import annotations

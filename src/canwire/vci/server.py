@@ -1,6 +1,6 @@
 """The functions that VCI exports: everything starts here.
 
-Source: VCI V4 manual (seed 004) 6.1; rulings.md 2, 12 and 13.
+Source: VCI V4 manual 6.1; rulings.md 2, 12 and 13.
 """
 
 from __future__ import annotations

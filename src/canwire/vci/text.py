@@ -1,6 +1,6 @@
 """LUIDs and GUIDs to text and back.
 
-Source: VCI V4 manual (seed 004) 6.1.5 to 6.1.8; reference/vci.md section 10. The manual gives the
+Source: VCI V4 manual 6.1.5 to 6.1.8; reference/vci.md section 10. The manual gives the
 sizes, 17 and 39 with the final NUL; the order of the LUID's digits is ours: high part, low part.
 """
 

@@ -1,6 +1,6 @@
 """What all objects of VCI have in common: reference counts, interfaces, and errors as VciError.
 
-Source: VCI V4 manual (seed 004) 6.2.
+Source: VCI V4 manual 6.2.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""VCI's two-stage filter against a slow reading of the manual's words. Source: VCI V4 manual (seed 004) 5.2.4."""
+"""VCI's two-stage filter against a slow reading of the manual's words. Source: VCI V4 manual 5.2.4."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Clocks that disagree and cables that are too long: what keeps a bus in step, and what does not.
 
-Source: ISO 11898-1 11.3; reference/can-protocol.md section 8; the medium table of seed 001.
+Source: ISO 11898-1 11.3; reference/can-protocol.md section 8; the medium table of the INduCAN104 manual.
 """
 
 from __future__ import annotations

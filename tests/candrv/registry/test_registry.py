@@ -1,4 +1,4 @@
-"""The registry. Source: CANDRV manual (seed 000), chapters 5 and 6; rulings.md 17."""
+"""The registry. Source: CANDRV manual, chapters 5 and 6; rulings.md 17."""
 
 from __future__ import annotations
 

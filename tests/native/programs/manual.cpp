@@ -1,4 +1,4 @@
-/* The manual's listings, as printed (VCI V4 manual, seed 004, 4.1.1, 4.1.2, 5.2.3 and 5.3.2), on a bus.
+/* The manual's listings, as printed (VCI V4 manual, 4.1.1, 4.1.2, 5.2.3 and 5.3.2), on a bus.
  *
  * Lines of three dots, which stand for the reader's own code, are left out when they are built.
  */

@@ -12,7 +12,7 @@ from canwire.errors import BadTiming
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE, FD_DATA, FD_NOMINAL, SJA1000, TimingLimits
 
-# reference/can-protocol.md section 8 (seed 004 table, CiA, LAWICEL S0-S8): BTR0, BTR1, bit/s,
+# reference/can-protocol.md section 8 (the VCI V4 manual table, CiA, LAWICEL S0-S8): BTR0, BTR1, bit/s,
 # quantum in ps, quanta, sample point in tenths of a per cent
 SJA1000_TABLE = [
     (0x00, 0x14, 1_000_000, 125_000, 8, 750),
@@ -32,7 +32,7 @@ SJA1000_TABLE = [
     (0x0B, 0x1A, 47_619, 1_500_000, 14, 857),
     (0x00, 0x18, 666_667, 125_000, 12, 833),
     (0x00, 0x05, 1_000_000, 125_000, 8, 875),
-    (0x81, 0x49, 250_000, 250_000, 16, 688),  # seed 001
+    (0x81, 0x49, 250_000, 250_000, 16, 688),  # the INduCAN104 manual
 ]
 
 # reference/vci.md section 3: CAN_BTP_ presets without CAN_BTMODE_RAW: bit/s, TS1, TS2, SJW

@@ -251,7 +251,7 @@ def test_length_follows_the_data() -> None:
     ],
 )
 def test_valid_data(info: LinMsgInfo, length: int) -> None:
-    """VCI V4 manual (seed 004) 7.4.5: ido means something for data alone; TMOVR counts in dlen."""
+    """VCI V4 manual 7.4.5: ido means something for data alone; TMOVR counts in dlen."""
     assert len(LinMsg(msg_info=info).data) == length
 
 

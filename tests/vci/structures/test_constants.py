@@ -52,7 +52,7 @@ CONTROLLERS = (
     " IFICAN 0x0A, BCCAN 0x0B, BXCAN 0x0C, IFICFD 0x0D, BMCAN 0x0E, IFICFD2 0x41, BMCAN2 0x42"
 )
 
-# bit/s -> BT0, BT1 at 16 MHz: VCI V4 manual (seed 004) 5.2.3; 667 from python-can
+# bit/s -> BT0, BT1 at 16 MHz: VCI V4 manual 5.2.3; 667 from python-can
 BIT_TIMINGS = {
     5: (0x3F, 0x7F),
     10: (0x31, 0x1C),
@@ -167,7 +167,7 @@ def test_message_flag_makers() -> None:
     [*((n, n) for n in range(9)), (9, 12), (10, 16), (11, 20), (12, 24), (13, 32), (14, 48), (15, 64)],
 )
 def test_data_length_codes(dlc: int, length: int) -> None:
-    """VCI V4 manual (seed 004) 7.3.14."""
+    """VCI V4 manual 7.3.14."""
     assert constants.can_edlc_to_len(dlc) == length
     assert constants.can_len_to_edlc(length) == dlc
     assert constants.can_sdlc_to_len(dlc) == constants.can_len_to_sdlc(length) == min(dlc, 8)

@@ -214,7 +214,7 @@ def test_text_ends_at_the_first_nul() -> None:
 
 
 def test_hardware_id_is_a_serial_number_or_a_guid() -> None:
-    """VCI V4 manual (seed 004) 7.1.3: text if the first two bytes are HW."""
+    """VCI V4 manual 7.1.3: text if the first two bytes are HW."""
     info = VciDeviceInfo(unique_hardware_id=b"HW123456")
     assert info.hardware_id == "HW123456"
     info.hardware_id = UUID(int=0x1234)
@@ -400,7 +400,7 @@ def test_length_follows_the_data(kind: type[Message]) -> None:
     ],
 )
 def test_valid_data(bits: dict[str, int], length: int) -> None:
-    """VCI V4 manual (seed 004) 7.3.14: more than 8 bytes need edl; edl or fdr make rtr void."""
+    """VCI V4 manual 7.3.14: more than 8 bytes need edl; edl or fdr make rtr void."""
     info = CanMsgInfo()
     for name, value in bits.items():
         setattr(info, name, value)

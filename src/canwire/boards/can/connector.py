@@ -33,7 +33,7 @@ Done = Callable[[int | CanwireError], None]
 class CanLine:
     """States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
 
-    Source: VCI V4 manual (seed 004) 5.2.3 and 5.2.4; rulings 4. No I/O; times are the timeline's.
+    Source: VCI V4 manual 5.2.3 and 5.2.4; rulings 4. No I/O; times are the timeline's.
     """
 
     def __init__(self, slot: BoardLine) -> None:

@@ -1,6 +1,6 @@
 """A frame on a cyclic list, and what of it grows by one after each transmission.
 
-Source: VCI V4 manual (seed 004) 7.3.17; rulings.md 9.
+Source: VCI V4 manual 7.3.17; rulings.md 9.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Which bit rate does a running bus speak? A listen-only node of its own tries one after the other.
 
-Source: VCI V4 manual (seed 004) 5.2.3 and 6.6.3, DetectBaud; it sends nothing and destroys nothing.
+Source: VCI V4 manual 5.2.3 and 6.6.3, DetectBaud; it sends nothing and destroys nothing.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 What is compared is id << 1 | remote. The verdict on a frame is VCI's acceptance code: 0 rejected, 1 by the
 pattern, 2 by the list, 3 passed an excluding filter, 255 not filtered at all.
-Source: VCI V4 manual (seed 004) 5.2.4 and 7.3.14; reference/vci.md section 3 (CAN_ACCEPT_).
+Source: VCI V4 manual 5.2.4 and 7.3.14; reference/vci.md section 3 (CAN_ACCEPT_).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The cyclic transmit list of a line: frames that go out again and again, by themselves, one slot a tick.
 
-Source: VCI V4 manual (seed 004) 5.2.5, 6.6.7 and 7.3.17, VCI .NET manual (seed 002) 4.2.5; rulings.md 9.
+Source: VCI V4 manual 5.2.5, 6.6.7 and 7.3.17, VCI .NET manual 4.2.5; rulings.md 9.
 """
 
 from __future__ import annotations

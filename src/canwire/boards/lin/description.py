@@ -1,6 +1,6 @@
 """The figures of our own boards' LIN lines: the features are the VCI manual's, clock and divisor are simulated.
 
-Source: VCI V4 manual (seed 004) 7.4.1, reference/vci.md section 4, rulings.md 11.
+Source: VCI V4 manual 7.4.1, reference/vci.md section 4, rulings.md 11.
 """
 
 from __future__ import annotations

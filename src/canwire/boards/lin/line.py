@@ -2,7 +2,7 @@
 
 States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
 
-Source: VCI V4 manual (seed 004) 5.3, 6.7.2 and 7.4; .NET manual (seed 002) 4.3; rulings 4 and 7.
+Source: VCI V4 manual 5.3, 6.7.2 and 7.4; .NET manual 4.3; rulings 4 and 7.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """One copy for every active monitor of what a LIN line hears, and the counter that times it.
 
-Source: VCI V4 manual (seed 004) 5.3.2 and 7.4.5 (TMOVR).
+Source: VCI V4 manual 5.3.2 and 7.4.5 (TMOVR).
 """
 
 from __future__ import annotations

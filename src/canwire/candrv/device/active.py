@@ -1,6 +1,6 @@
 """Which drivers are loaded on a hub, with what, on which port: what [HKLM\\Drivers\\Active] shows on a board.
 
-Source: CANDRV manual (seed 000), overview and 6.2.
+Source: CANDRV manual, overview and 6.2.
 """
 
 from __future__ import annotations

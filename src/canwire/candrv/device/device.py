@@ -6,7 +6,7 @@ that new entries act when the driver is loaded the next time, as the manual says
 there for the next. The rate, listen-only and loop-back are the line's own mode; CAN mode and default frame format
 are in its note; "virtualize" has a note of its own at the hub.
 
-Source: CANDRV manual (seed 000), chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md 17.
+Source: CANDRV manual, chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md 17.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What all handles on a device share, and where it is: in the mode of the line behind it, and in that mode's note.
 
-Source: CANDRV manual (seed 000), 7.9 (table 10), 8.13 to 8.18, 8.21, 8.23.
+Source: CANDRV manual, 7.9 (table 10), 8.13 to 8.18, 8.21, 8.23.
 """
 
 from __future__ import annotations

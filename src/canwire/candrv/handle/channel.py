@@ -1,5 +1,5 @@
 """A handle's channel at the hub: its records become events, its messages become records. Whoever calls holds `lock`,
-but for `send` and `drain`, which take it. Source: CANDRV manual (seed 000), 7.3, 7.4, 8.23.
+but for `send` and `drain`, which take it. Source: CANDRV manual, 7.3, 7.4, 8.23.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a handle of any access may ask and tell its device. All of it holds for every program that has it open.
 
-Source: CANDRV manual (seed 000), 8.13 to 8.18, 8.21 to 8.29.
+Source: CANDRV manual, 8.13 to 8.18, 8.21 to 8.29.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Any thread may use it, many at once; close it while others wait, and they leave with ERROR_OPERATION_ABORTED. The
 package has no thread: whoever calls moves what has come from the channel into the event queue, which is then as if a
-service thread had done so when it came. Source: CANDRV manual (seed 000), chapters 7 and 8.
+service thread had done so when it came. Source: CANDRV manual, chapters 7 and 8.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """From records of a channel to events of a handle: filters, the outcome of what was sent, changes of state.
 
-No locks and no waiting: the handle sees to that. Source: CANDRV manual (seed 000), 7.5 to 7.9, 8.20, 8.23.
+No locks and no waiting: the handle sees to that. Source: CANDRV manual, 7.5 to 7.9, 8.20, 8.23.
 """
 
 from __future__ import annotations

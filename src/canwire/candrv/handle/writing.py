@@ -1,6 +1,6 @@
 """Messages of a handle on their way out: from text or structures to frames.
 
-Source: CANDRV manual (seed 000), 7.8, 7.9, 8.3, 8.5, 8.19.
+Source: CANDRV manual, 7.8, 7.9, 8.3, 8.5, 8.19.
 """
 
 from __future__ import annotations

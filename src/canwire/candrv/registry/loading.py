@@ -2,7 +2,7 @@
 
 A driver is loaded once: whoever opens its device first has the hub remember the registry's entries, in a note, and
 they count for all programs until `unload`.
-Source: CANDRV manual (seed 000), chapter 6, 8.1; rulings.md 17.
+Source: CANDRV manual, chapter 6, 8.1; rulings.md 17.
 """
 
 from __future__ import annotations

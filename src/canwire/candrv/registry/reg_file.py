@@ -7,7 +7,7 @@
     "FriendlyName"="PicoCOM CAN driver"
 
 Of a line `"Entry"=-` the default counts again; `[-HKEY_LOCAL_MACHINE\\...\\CID1]` takes the device away.
-Source: CANDRV manual (seed 000), 6.2; Microsoft, "How to add, modify, or delete registry subkeys and values by using
+Source: CANDRV manual, 6.2; Microsoft, "How to add, modify, or delete registry subkeys and values by using
 a .reg file".
 """
 

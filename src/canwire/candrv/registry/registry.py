@@ -6,7 +6,7 @@
 
 Settings act when the device is started the next time. A file without [candrv] has the pre-installed CID1 with the
 manual's defaults; with it, only what it lists. Prefix and Index left out follow the table's name.
-Source: CANDRV manual (seed 000), chapters 5 and 6; rulings.md 17.
+Source: CANDRV manual, chapters 5 and 6; rulings.md 17.
 """
 
 from __future__ import annotations

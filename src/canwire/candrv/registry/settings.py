@@ -1,6 +1,6 @@
 """Chapter 6's registry entries, each declared once, and what a device is started with.
 
-Source: CANDRV manual (seed 000), chapter 6.
+Source: CANDRV manual, chapter 6.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 What it hears goes to a `LinEar`, everything else to a `LinHost`: the seams that a line fills in.
 
-Source: LIN 2.2A 2; VCI V4 manual (seed 004) 5.3.3; reference/lin-protocol.md sections 6 to 8.
+Source: LIN 2.2A 2; VCI V4 manual 5.3.3; reference/lin-protocol.md sections 6 to 8.
 """
 
 from __future__ import annotations

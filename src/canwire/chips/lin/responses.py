@@ -1,6 +1,6 @@
 """The response table of a LIN controller: what answers which header, and when it stops doing so.
 
-Source: VCI V4 manual (seed 004) 5.3.3; LIN 2.2A 2.3.3.2 (event-triggered frames), 2.7.3 (response error bit).
+Source: VCI V4 manual 5.3.3; LIN 2.2A 2.3.3.2 (event-triggered frames), 2.7.3 (response error bit).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What the driver reports besides messages, in words for people.
 
-Source: INduCAN104 manual (seed 001), "Special conditions"; SJA1000 data sheet 6.4.9 (error code capture).
+Source: INduCAN104 manual, "Special conditions"; SJA1000 data sheet 6.4.9 (error code capture).
 """
 
 from __future__ import annotations

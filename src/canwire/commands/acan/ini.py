@@ -1,6 +1,6 @@
 """INI files as Windows programs left them: in UTF-8, or in the code page of their system.
 
-Source: INduCAN104 manual (seed 001), "Windows setup"; their bytes are kept as they are.
+Source: INduCAN104 manual, "Windows setup"; their bytes are kept as they are.
 """
 
 from __future__ import annotations

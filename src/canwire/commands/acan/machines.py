@@ -2,7 +2,7 @@
 
 A message for machine mmm has the 11-bit identifier 00001001mmm; 000 is for all. The hardware filter looks at mmm
 alone, so that other programs of the same machine may give the other bits a meaning.
-Source: INduCAN104 manual (seed 001), trace of "CAN Spy", "Messages identification".
+Source: INduCAN104 manual, trace of "CAN Spy", "Messages identification".
 """
 
 from __future__ import annotations

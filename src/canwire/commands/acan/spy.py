@@ -2,7 +2,7 @@
 
 While it runs the controller lets in everything, and nobody else can change that; afterwards the filters are again
 what they were.
-Source: INduCAN104 manual (seed 001), "CAN Spy (CANSPY)".
+Source: INduCAN104 manual, "CAN Spy (CANSPY)".
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CANSPY's window. Needs Textual: canwire[tools].
 
-Source: INduCAN104 manual (seed 001), "CAN Spy (CANSPY)".
+Source: INduCAN104 manual, "CAN Spy (CANSPY)".
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CANTERM without its screen: characters to messages and back, echo, loop, the two bursts.
 
-Source: INduCAN104 manual (seed 001), "CANTERM".
+Source: INduCAN104 manual, "CANTERM".
 """
 
 from __future__ import annotations

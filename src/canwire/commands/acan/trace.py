@@ -7,7 +7,7 @@
 00001001000 - | ab                                or the bytes
 
 A remote frame's length is ours, and shown only where it is not 0: the manual's notation has no place for it.
-Source: INduCAN104 manual (seed 001), "CAN Spy".
+Source: INduCAN104 manual, "CAN Spy".
 """
 
 from __future__ import annotations

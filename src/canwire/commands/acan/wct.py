@@ -8,7 +8,7 @@
     Echo=0
     Loop=0
 
-Source: INduCAN104 manual (seed 001), "Windows CAN Terminal (WCT)".
+Source: INduCAN104 manual, "Windows CAN Terminal (WCT)".
 """
 
 from __future__ import annotations

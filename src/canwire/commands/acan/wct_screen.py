@@ -1,6 +1,6 @@
 """WCT's window. Needs Textual: canwire[tools].
 
-Source: INduCAN104 manual (seed 001), "Windows CAN Terminal (WCT)".
+Source: INduCAN104 manual, "Windows CAN Terminal (WCT)".
 """
 
 from __future__ import annotations

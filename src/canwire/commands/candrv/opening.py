@@ -1,6 +1,6 @@
 """What the programs of CanTestSuite begin with: the hub, the device, its rate, a log file; and how each one fails.
 
-Source: CANDRV manual (seed 000), 10.1 to 10.3.
+Source: CANDRV manual, 10.1 to 10.3.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     time event lost frame identifier rtr dlc data...       12568 RECEIVED 0 STD 00000112 0 4 11 22 33 44
 
 with all after `lost` only where there is a message; numbers decimal but for identifier, dlc and data.
-Source: CANDRV manual (seed 000), 10.1 to 10.3.
+Source: CANDRV manual, 10.1 to 10.3.
 """
 
 from __future__ import annotations

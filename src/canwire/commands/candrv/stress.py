@@ -2,7 +2,7 @@
 
 Every thread sends its own identifier, from 100h on in the order of channels and threads, and counts in the first four
 data bytes, the highest first; channel and thread follow. So a receiver can tell what is missing or out of order.
-Source: CANDRV manual (seed 000), 10.1; the rest is ours.
+Source: CANDRV manual, 10.1; the rest is ours.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Ours are a line on stderr with the cause of each error, and that what fails ends with 1: the manual's listings go on at
 the old rate, and forget messages that could not be written.
-Source: CANDRV manual (seed 000), 10.1 to 10.3.
+Source: CANDRV manual, 10.1 to 10.3.
 """
 
 from __future__ import annotations

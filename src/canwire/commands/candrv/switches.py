@@ -3,7 +3,7 @@
 Only the letter behind the dash counts, and its argument is a word of its own. Ours are --hub, and that a number has
 to be one.
 
-Source: CANDRV manual (seed 000), 10.2.
+Source: CANDRV manual, 10.2.
 """
 
 from __future__ import annotations

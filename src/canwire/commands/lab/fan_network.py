@@ -7,7 +7,7 @@
 The third line is ours (in the manual fans never send): a node that never sends cannot go bus-off.
 `CodedIds` is the manual's second proposal, where number and value are part of the identifier.
 
-Source: CANDRV manual (seed 000) chapter 3.
+Source: CANDRV manual chapter 3.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from canwire.values.timing.limits import TimingLimits
 if TYPE_CHECKING:
     from canwire.chips.registers import RegisterAccess
 
-USUAL_OCR = 0x6A  # normal mode, TX0 pull-down, TX1 pull-down inverted: seed 001, hi_ocr
+USUAL_OCR = 0x6A  # normal mode, TX0 pull-down, TX1 pull-down inverted: the INduCAN104 manual, hi_ocr
 USUAL_IER = m.IER_BEIE | m.IER_ALIE | m.IER_EPIE | m.IER_DOIE | m.IER_EIE | m.IER_RIE
 SETTABLE = {
     "OCR": m.OCR, "IER": m.IER, "EWLR": m.EWLR,

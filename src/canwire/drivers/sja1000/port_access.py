@@ -1,7 +1,7 @@
 """The registers of a real INduCAN104, through Linux's /dev/port. Nothing uses it unless a configuration asks for it.
 
 No interrupt reaches a program this way: whoever uses it looks at the registers by the clock.
-Source: port(4); INduCAN104 manual (seed 001, "PC/104 board address").
+Source: port(4); INduCAN104 manual ("PC/104 board address").
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What serial adapters understand, and how to tell them apart by what they answer to V.
 
-Sources: seed 003 (CANBUS), rulings 26 to 29; reference/can-protocol.md, appendix (CAN232, CANable). Others than these
+Sources: CANBUS manual, rulings 26 to 29; reference/can-protocol.md, appendix (CAN232, CANable). Others than these
 are known only as far as they follow LAWICEL's CAN232.
 """
 

@@ -1,4 +1,4 @@
-"""What is said to an adapter from its plugging in to its end, as a talk: section 1.4 of its manual (seed 003). No I/O.
+"""What is said to an adapter from its plugging in to its end, as a talk: section 1.4 of its manual. No I/O.
 
 greet     CR CR CR V, whose answer tells its dialect, N, C (an earlier program may have left it open), Z1
 open      S or s, M and m where they are needed, O or L, F to forget what happened before
@@ -16,7 +16,7 @@ from canwire.drivers.slcan_dongle.conversation import BELL, NEVER, QUEUED, Ask, 
 from canwire.drivers.slcan_dongle.dialects import Dialect, recognised
 from canwire.drivers.slcan_dongle.user import Adapter, Setup, User
 
-POLL_NS = 750_000_000  # F: every 500 to 1000 ms (source: seed 003, 1.4)
+POLL_NS = 750_000_000  # F: every 500 to 1000 ms (source: CANBUS manual, 1.4)
 TRANSMIT_FULL = 1 << 1
 _VERSION = re.compile(rb"[^zZ\a].*")
 _NUMBER = re.compile(rb"N[\x21-\x7e]*\Z")

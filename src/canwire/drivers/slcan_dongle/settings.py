@@ -49,7 +49,7 @@ def _accept(settings: LineSettings) -> tuple[int, int] | None:
 
 
 def versions_of(text: str) -> tuple[tuple[int, int, int, int], tuple[int, int]]:
-    """Hardware and firmware of V1013: 1.0 and 1.3 (source: seed 003, 1.5)."""
+    """Hardware and firmware of V1013: 1.0 and 1.3 (source: CANBUS manual, 1.5)."""
     digits = text[1:5]
     if len(text) != 5 or not digits.isdigit():
         return (0, 0, 0, 0), (0, 0)

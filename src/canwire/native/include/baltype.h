@@ -1,4 +1,4 @@
-/* Structures of the bus access layer. Source: VCI V4 manual (seed 004) 7.2. */
+/* Structures of the bus access layer. Source: VCI V4 manual 7.2. */
 #ifndef CANWIRE_BALTYPE_H
 #define CANWIRE_BALTYPE_H
 #define _BALTYPE_H_

@@ -1,4 +1,4 @@
-/* CAN: constants, timings and structures. Source: VCI V4 manual (seed 004) 7.3; values as reference/vci.md has them. */
+/* CAN: constants, timings and structures. Source: VCI V4 manual 7.3; values as reference/vci.md has them. */
 #ifndef CANWIRE_CANTYPE_H
 #define CANWIRE_CANTYPE_H
 #define _CANTYPE_H_

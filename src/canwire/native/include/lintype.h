@@ -1,4 +1,4 @@
-/* LIN: constants and structures. Source: VCI V4 manual (seed 004) 7.4; values as reference/vci.md has them. */
+/* LIN: constants and structures. Source: VCI V4 manual 7.4; values as reference/vci.md has them. */
 #ifndef CANWIRE_LINTYPE_H
 #define CANWIRE_LINTYPE_H
 #define _LINTYPE_H_

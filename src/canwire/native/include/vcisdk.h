@@ -1,6 +1,6 @@
 /* VCI V4: interfaces and functions. Order of methods, IIDs and names as the vendor's headers have them (rulings 49).
  *
- * Source: VCI V4 manual (seed 004) chapter 6; reference/vci.md sections 6 and 7.
+ * Source: VCI V4 manual chapter 6; reference/vci.md sections 6 and 7.
  */
 #ifndef CANWIRE_VCISDK_H
 #define CANWIRE_VCISDK_H

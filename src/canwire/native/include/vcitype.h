@@ -1,4 +1,4 @@
-/* Structures of VCI itself. Source: VCI V4 manual (seed 004) 7.1; layouts as reference/vci.md section 5 has them. */
+/* Structures of VCI itself. Source: VCI V4 manual 7.1; layouts as reference/vci.md section 5 has them. */
 #ifndef CANWIRE_VCITYPE_H
 #define CANWIRE_VCITYPE_H
 #define _VCITYPE_H_

@@ -1,6 +1,6 @@
 """What VCI's methods take, as it comes from the program: packed one after the other, without gaps.
 
-Sources: VCI V4 manual (seed 004) chapter 6; vcisdk.h of VCI 4.1 (reference/vci.md).
+Sources: VCI V4 manual chapter 6; vcisdk.h of VCI 4.1 (reference/vci.md).
 """
 
 from __future__ import annotations

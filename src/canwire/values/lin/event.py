@@ -1,6 +1,6 @@
 """What happens on a LIN line besides frames: errors, sleep and wake-up, starts and stops.
 
-Source: VCI V4 manual (seed 004) 7.4.3 and 7.4.5; reference/vci.md section 4; reference/lin-protocol.md section 8.
+Source: VCI V4 manual 7.4.3 and 7.4.5; reference/vci.md section 4; reference/lin-protocol.md section 8.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@
 
 So LINMSG is made of bytes 0..3, 12..15 and 16..23.
 
-Source: VCI V4 manual (seed 004) 7.4.5 and 7.4.6, reference/vci.md sections 4 and 5.
+Source: VCI V4 manual 7.4.5 and 7.4.6, reference/vci.md sections 4 and 5.
 """
 
 from __future__ import annotations

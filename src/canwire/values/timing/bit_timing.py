@@ -1,6 +1,6 @@
 """Bit timing: quanta <-> bit/s, sample point, BTR0/BTR1, oscillator tolerance.
 
-Source: SJA1000 data sheet 6.5.1 and 6.5.2; VCI V4 manual (seed 004) 5.2.3 and 7.3.4;
+Source: SJA1000 data sheet 6.5.1 and 6.5.2; VCI V4 manual 5.2.3 and 7.3.4;
 Bosch CAN FD specification 1.0; reference/can-protocol.md section 8.
 """
 
@@ -204,7 +204,7 @@ class BitTiming:
         where the controller can, else as many as hit that point best. sjw and tdo are in the same
         unit, 0 sjw meaning one quantum. Raises BadTiming: values outside 0..65535, no such bit
         rate, or an sjw wider than the segments allow.
-        Source: VCI V4 manual (seed 004) 5.2.3 and 7.3.4.
+        Source: VCI V4 manual 5.2.3 and 7.3.4.
         """
         check_proportions(ts1, ts2, sjw, tdo)
         limits = limits or usual_limits(bit_rate)

@@ -3,7 +3,7 @@
 A bit is SYNC (1 quantum), then tseg1 = PROP + PHASE1, the sample point, then tseg2 = PHASE2.
 One quantum lasts prescaler / clock_hz seconds.
 
-Source: SJA1000 data sheet 6.5.1 and 6.5.2; VCI V4 manual (seed 004) 5.2.3;
+Source: SJA1000 data sheet 6.5.1 and 6.5.2; VCI V4 manual 5.2.3;
 reference/can-protocol.md section 8; reference/vci.md section 8.
 """
 
@@ -31,7 +31,7 @@ BTR_OF_BIT_RATE = {
 }
 """bit/s -> (BTR0, BTR1) of an SJA1000 at 16 MHz: VCI's CAN_BT0_ and CAN_BT1_, CiA's rates and 5 kbit/s.
 
-Source: VCI V4 manual (seed 004) 5.2.3, table of predefined constants.
+Source: VCI V4 manual 5.2.3, table of predefined constants.
 """
 
 

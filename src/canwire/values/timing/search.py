@@ -1,6 +1,6 @@
 """The VCI manual's way from bit rate, oscillator tolerance and cable delay to segments.
 
-Source: VCI V4 manual (seed 004) 5.2.3, "Modus CAN_BTMODE_RAW"; its conditions 1 and 2.
+Source: VCI V4 manual 5.2.3, "Modus CAN_BTMODE_RAW"; its conditions 1 and 2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How far an oscillator may be off: the conditions of a CAN bus (I, II) and a CAN FD bus (III to V).
 
-Source: VCI V4 manual (seed 004) 5.2.3, conditions 1 and 2; Bosch CAN FD specification 1.0;
+Source: VCI V4 manual 5.2.3, conditions 1 and 2; Bosch CAN FD specification 1.0;
 reference/can-protocol.md section 8.
 """
 

@@ -1,6 +1,6 @@
 """ICanChannel and ICanChannel2: a program's own queues on a line.
 
-Source: VCI V4 manual (seed 004) 5.2.2, 6.6.5 and 6.6.6; rulings.md 6 and 12.
+Source: VCI V4 manual 5.2.2, 6.6.5 and 6.6.6; rulings.md 6 and 12.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanControl and ICanControl2: the one lease that sets a line up, starts and stops it.
 
-Source: VCI V4 manual (seed 004) 5.2.3, 6.6.3 and 6.6.4; rulings.md 4 and 10.
+Source: VCI V4 manual 5.2.3, 6.6.3 and 6.6.4; rulings.md 4 and 10.
 """
 
 from __future__ import annotations

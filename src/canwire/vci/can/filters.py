@@ -1,6 +1,6 @@
 """The message filters of ICanControl, ICanControl2 and ICanChannel2.
 
-Source: VCI V4 manual (seed 004) 5.2.4; rulings.md 5.
+Source: VCI V4 manual 5.2.4; rulings.md 5.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How a line is set up and how it is: VCI's structures to canwire's and back.
 
 A line remembers the structure it was initialised with, so that every program reads the same back.
-Source: VCI V4 manual (seed 004) 5.2.3 and 7.3.6 to 7.3.9; reference/vci.md sections 3 and 7a.
+Source: VCI V4 manual 5.2.3 and 7.3.6 to 7.3.9; reference/vci.md sections 3 and 7a.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CAN messages: CANMSG, CANMSG2 and their cyclic forms.
 
-Source: VCI V4 manual (seed 004) 7.3.14 to 7.3.18; cantype.h of VCI 4.1; reference/vci.md sections
+Source: VCI V4 manual 7.3.14 to 7.3.18; cantype.h of VCI 4.1; reference/vci.md sections
 3 and 5. The manual forgets CANMSG2's reserved word: with it, a message has 80 bytes.
 """
 

@@ -1,6 +1,6 @@
 """CANMSGINFO: what kind of message it is, in 32 bits.
 
-Source: VCI V4 manual (seed 004) 7.3.14; cantype.h of VCI 4.1; reference/vci.md section 3.
+Source: VCI V4 manual 7.3.14; cantype.h of VCI 4.1; reference/vci.md section 3.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanScheduler and ICanScheduler2: messages that a line sends by itself, again and again.
 
-Source: VCI V4 manual (seed 004) 5.2.5, 6.6.7, 6.6.8, 7.3.12, 7.3.13, 7.3.17 and 7.3.18; rulings.md 9.
+Source: VCI V4 manual 5.2.5, 6.6.7, 6.6.8, 7.3.12, 7.3.13, 7.3.17 and 7.3.18; rulings.md 9.
 """
 
 from __future__ import annotations

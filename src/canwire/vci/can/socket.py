@@ -1,6 +1,6 @@
 """ICanSocket and ICanSocket2: what a line can do, how it is, and channels on it.
 
-Source: VCI V4 manual (seed 004) 5.2.1, 6.6.1, 6.6.2, 7.3.1 and 7.3.2.
+Source: VCI V4 manual 5.2.1, 6.6.1, 6.6.2, 7.3.1 and 7.3.2.
 """
 
 from __future__ import annotations

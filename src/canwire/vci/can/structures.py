@@ -1,6 +1,6 @@
 """Structures of CAN sockets, controls, channels and schedulers.
 
-Source: VCI V4 manual (seed 004) 7.3; cantype.h of VCI 4.1; reference/vci.md section 5. Classes
+Source: VCI V4 manual 7.3; cantype.h of VCI 4.1; reference/vci.md section 5. Classes
 ending in 2 belong to the extended interfaces (ICanControl2 and so on).
 """
 

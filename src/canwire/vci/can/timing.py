@@ -1,6 +1,6 @@
 """Bit timings: CANBTP and the SJA1000's registers to canwire's BitTiming, and back.
 
-Source: VCI V4 manual (seed 004) 5.2.3, 7.3.4 and 7.3.6; reference/vci.md section 3.
+Source: VCI V4 manual 5.2.3, 7.3.4 and 7.3.6; reference/vci.md section 3.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Elements in a FIFO's own memory, handed out without copying.
 
-Source: VCI V4 manual (seed 004) 4.1.1 and 4.1.2, figures 9 and 12.
+Source: VCI V4 manual 4.1.1 and 4.1.2, figures 9 and 12.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A channel's FIFOs hold records of 80 bytes, CANMSG2's layout; ICanChannel sees CANMSG in them. A monitor's records
 are as long; LINMSG's time lies at 0, uMsgInfo and abData at 12.
-Source: VCI V4 manual (seed 004) 4.1, 5.2.2 and 5.3.2; reference/vci.md section 5.
+Source: VCI V4 manual 4.1, 5.2.2 and 5.3.2; reference/vci.md section 5.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The two ends of a FIFO.
 
-Source: VCI V4 manual (seed 004) 4.1 and 6.4; rulings.md 8 and 12.
+Source: VCI V4 manual 4.1 and 6.4; rulings.md 8 and 12.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A channel's cells have the same places for CANMSG and CANMSG2: 32-bit words of time, reserved, identifier and message
 information, and the data behind them.
-Source: VCI V4 manual (seed 004) 4.1.2, 5.2.2 and 7.3.14 to 7.3.16.
+Source: VCI V4 manual 4.1.2, 5.2.2 and 7.3.14 to 7.3.16.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How many elements a FIFO really gets: its memory comes in pages, and none of a page is wasted.
 
-Source: VCI V4 manual (seed 004) chapter 4; rulings.md 12.
+Source: VCI V4 manual chapter 4; rulings.md 12.
 """
 
 from __future__ import annotations

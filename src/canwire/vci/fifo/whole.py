@@ -2,7 +2,7 @@
 
 A FIFO made by `create_fifo` belongs to whoever has an interface of it; one of a channel or monitor belongs to that,
 which has the other end for itself.
-Source: VCI V4 manual (seed 004) 4.1, 6.1.12, 6.1.13, 6.2.1 and 6.4.1.
+Source: VCI V4 manual 4.1, 6.1.12, 6.1.13, 6.2.1 and 6.4.1.
 """
 
 from __future__ import annotations

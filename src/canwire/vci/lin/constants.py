@@ -1,6 +1,6 @@
 """LIN constants of lintype.h under its own names; flags are made to be OR-ed.
 
-Source: lintype.h of VCI 4.1; VCI V4 manual (seed 004) 7.4; reference/vci.md sections 2 and 4.
+Source: lintype.h of VCI 4.1; VCI V4 manual 7.4; reference/vci.md sections 2 and 4.
 """
 
 from __future__ import annotations

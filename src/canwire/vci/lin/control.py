@@ -1,6 +1,6 @@
 """ILinControl: the one lease that sets a LIN line up, starts and stops it, and sends on it.
 
-Source: VCI V4 manual (seed 004) 5.3.3 and 6.7.2; rulings.md 4.
+Source: VCI V4 manual 5.3.3 and 6.7.2; rulings.md 4.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 can/line.py looks alike; its words are of other bits.
 A line remembers the structure it was initialised with, so that every program reads the same back.
-Source: VCI V4 manual (seed 004) 5.3.3 and 7.4.1 to 7.4.6; reference/vci.md section 4.
+Source: VCI V4 manual 5.3.3 and 7.4.1 to 7.4.6; reference/vci.md section 4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """LIN messages: LINMSG.
 
-Source: VCI V4 manual (seed 004) 7.4.6; lintype.h of VCI 4.1; reference/vci.md section 5.
+Source: VCI V4 manual 7.4.6; lintype.h of VCI 4.1; reference/vci.md section 5.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ILinMonitor: a program's own receive queue on a LIN line.
 
-Source: VCI V4 manual (seed 004) 5.3.2 and 6.7.3; rulings.md 7 and 12.
+Source: VCI V4 manual 5.3.2 and 6.7.3; rulings.md 7 and 12.
 """
 
 from __future__ import annotations

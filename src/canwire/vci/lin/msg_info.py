@@ -1,6 +1,6 @@
 """LINMSGINFO: what kind of message it is, in 32 bits.
 
-Source: VCI V4 manual (seed 004) 7.4.5; lintype.h of VCI 4.1; reference/vci.md section 4.
+Source: VCI V4 manual 7.4.5; lintype.h of VCI 4.1; reference/vci.md section 4.
 """
 
 from __future__ import annotations

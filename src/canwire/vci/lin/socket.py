@@ -1,6 +1,6 @@
 """ILinSocket: what a LIN line can do, how it is, and monitors on it.
 
-Source: VCI V4 manual (seed 004) 5.3.1, 6.7.1 and 7.4.1.
+Source: VCI V4 manual 5.3.1, 6.7.1 and 7.4.1.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Structures of LIN sockets, controls and monitors.
 
-Source: VCI V4 manual (seed 004) 7.4; lintype.h of VCI 4.1; reference/vci.md section 5.
+Source: VCI V4 manual 7.4; lintype.h of VCI 4.1; reference/vci.md section 5.
 """
 
 from __future__ import annotations

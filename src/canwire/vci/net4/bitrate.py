@@ -1,6 +1,6 @@
 """CanBitrate2 and CanFdBitrate: bit timings of Ixxat.Vci4.
 
-Source: the vendor's published contract of Ixxat.Vci4 (names and figures); VCI V4 manual (seed 004) 7.3.4.
+Source: the vendor's published contract of Ixxat.Vci4 (names and figures); VCI V4 manual 7.3.4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanChannel and ICanChannel2 of Ixxat.Vci4.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.2 and 6.6.6.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.2 and 6.6.6.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanControl and ICanControl2 of Ixxat.Vci4.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.3 and 6.6.4; rulings.md 4.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.3 and 6.6.4; rulings.md 4.
 """
 
 from __future__ import annotations

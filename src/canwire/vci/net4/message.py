@@ -1,6 +1,6 @@
 """CanMessage, CanMessage2 and the cyclic messages of Ixxat.Vci4.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 7.3.14 to 7.3.18.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 7.3.14 to 7.3.18.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanMessageReader and ICanMessageWriter of Ixxat.Vci4, for channels of both kinds.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.2.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanScheduler and ICanScheduler2 of Ixxat.Vci4: the list makes its messages, and they are started by themselves.
 
-Source: the vendor's published contract and tests of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.5; rulings.md 9 and 49.
+Source: the vendor's published contract and tests of Ixxat.Vci4; VCI V4 manual 5.2.5; rulings.md 9 and 49.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanSocket and ICanSocket2 of Ixxat.Vci4: what a line can do and how it is.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.1, 6.6.2 and 7.3.2.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.1, 6.6.2 and 7.3.2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CanLineStatus and CanLineStatus2 of Ixxat.Vci4: how a line was when somebody asked.
 
-Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 7.3.8 and 7.3.9.
+Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 7.3.8 and 7.3.9.
 """
 
 from __future__ import annotations

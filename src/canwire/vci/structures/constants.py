@@ -1,7 +1,7 @@
 """CAN constants of cantype.h under its own names; flags are made to be OR-ed.
 
 Bus and controller types: controller_types.py. Bit timings for ICanControl2: vci/can/presets.py.
-Source: cantype.h of VCI 4.1; VCI V4 manual (seed 004) 5.2.2, 5.2.3, 5.2.5 and 7.3;
+Source: cantype.h of VCI 4.1; VCI V4 manual 5.2.2, 5.2.3, 5.2.5 and 7.3;
 reference/vci.md section 3.
 """
 
@@ -175,7 +175,7 @@ CAN_BT0_667KB, CAN_BT1_667KB = 0x00, 0x18
 CAN_BT0_800KB, CAN_BT1_800KB = 0x00, 0x16
 CAN_BT0_1000KB, CAN_BT1_1000KB = 0x00, 0x14
 
-# misprints of the manual (seed 004), so that what was copied from it runs
+# misprints of the manual, so that what was copied from it runs
 CAN_FEATURE_STDREXT = CAN_FEATURE_STDOREXT
 CAN_FEATURE_STDANEXT = CAN_FEATURE_STDANDEXT
 CAN_FEATURE_SINGLESOT = CAN_FEATURE_SINGLESHOT

@@ -1,6 +1,6 @@
 """Structures of VCI itself and of the bus access layer: devices, versions, sockets.
 
-Source: VCI V4 manual (seed 004) 7.1 and 7.2; vcitype.h and baltype.h of VCI 4.1;
+Source: VCI V4 manual 7.1 and 7.2; vcitype.h and baltype.h of VCI 4.1;
 reference/vci.md section 5.
 """
 

@@ -3,7 +3,7 @@
 32 bits: 31-30 severity (0 success, 1 information, 2 warning, 3 error), 29 customer, 27-16
 facility, 15-0 code. The manual names only those that single functions return; the numbers are
 those of vcierr.h, the texts are ours: the original's live in its library.
-Source: VCI V4 manual (seed 004) 6.1.2; reference/vci.md section 1.
+Source: VCI V4 manual 6.1.2; reference/vci.md section 1.
 
 VciError, one subclass for each code that programs meet often:
 VciAccessDenied VciBufferOverflow VciBusy VciDeviceNotConnected VciDisconnected VciFail
@@ -229,7 +229,7 @@ def format_error(code: int) -> str:
 
     Takes the header's value or the negative HRESULT; codes that nobody knows are taken apart.
     Raises VciInvalidArgument if it is no 32-bit number.
-    Source: VCI V4 manual (seed 004) 6.1.2.
+    Source: VCI V4 manual 6.1.2.
 
     >>> format_error(-536805365)
     'VCI_E_TIMEOUT (0xE001000B): the wait ran out'

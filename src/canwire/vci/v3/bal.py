@@ -1,6 +1,6 @@
 """IBalObject: the bus access layer of a board.
 
-Source: VCI V3 .NET manual (seed 002) 4.1; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.1; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What every interface of a connector has in common, and what control units, channels and monitors do.
 
-Source: VCI V3 .NET manual (seed 002) 4.1, 4.2.3 and 4.3.3; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.1, 4.2.3 and 4.3.3; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """VciBusType: kinds of bus, in V3's order.
 
-Source: VCI V3 .NET manual (seed 002) 4.1; reference/vci.md section 2.
+Source: VCI V3 .NET manual 4.1; reference/vci.md section 2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What IVciDevice tells of a board: versions and connectors.
 
-Source: VCI V3 .NET manual (seed 002) 2.2; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 2.2; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

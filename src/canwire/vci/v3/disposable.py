@@ -1,6 +1,6 @@
 """IDisposable: objects that hold something until `dispose`.
 
-Source: VCI V3 .NET manual (seed 002) 2.3 and 3.1.
+Source: VCI V3 .NET manual 2.3 and 3.1.
 """
 
 from __future__ import annotations

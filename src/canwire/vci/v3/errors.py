@@ -11,7 +11,7 @@ CanwireError
 
 The last three stand beside VciException, as they do in .NET: programs tell "somebody else has the cyclic list" from
 "this board has none" by them (manual 4.2.5). `vci.VciError` catches all of them, in V3 and V4.
-Source: VCI V3 .NET manual (seed 002) 4.1 and 4.2.5; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.1 and 4.2.5; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """AutoResetEvent and ManualResetEvent: canwire's events under the names of .NET.
 
 Wherever V3 takes an event, it takes a plain `canwire.Event` as well.
-Source: VCI V3 .NET manual (seed 002) 2.2 and 3.1.
+Source: VCI V3 .NET manual 2.2 and 3.1.
 """
 
 from __future__ import annotations

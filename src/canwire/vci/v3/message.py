@@ -1,6 +1,6 @@
 """What CanMessage and LinMessage have in common.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.3.2 and 4.3.3.1.
+Source: VCI V3 .NET manual 4.2.3.2 and 4.3.3.1.
 """
 
 from __future__ import annotations

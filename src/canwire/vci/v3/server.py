@@ -1,6 +1,6 @@
 """VciServer, IVciDeviceManager and IVciDeviceList: where everything starts.
 
-Source: VCI V3 .NET manual (seed 002) 2.1 and 2.2; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 2.1 and 2.2; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

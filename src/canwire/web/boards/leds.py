@@ -1,7 +1,7 @@
 """What a board's LEDs would show: green for traffic, red for errors, yellow for an interrupt that waits.
 
-Green and red as the CANBUS dongle has them (seed 003, 1.2: red blinks at an error, is constant at a bus error, and says
-nothing of a lost arbitration), yellow as on the INduCAN104.
+Green and red as the CANBUS dongle has them (CANBUS manual 1.2: red blinks at an error, is constant at a bus error, and
+says nothing of a lost arbitration), yellow as on the INduCAN104.
 """
 
 from __future__ import annotations

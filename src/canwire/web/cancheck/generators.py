@@ -1,7 +1,7 @@
 """Message generators: which of them is due, what it sends, and which are paused.
 
 No thread and no clock of its own: `fire` is called when the time has come, and tells when it will come again.
-Source: CANDRV manual (seed 000), 10.4, send dialog; rulings.md 35.
+Source: CANDRV manual, 10.4, send dialog; rulings.md 35.
 """
 
 from __future__ import annotations

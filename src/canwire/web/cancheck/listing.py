@@ -1,6 +1,6 @@
 """The lists of CanCheck's windows: rows of text, all numbers hexadecimal, the newest kept, and a log of all of them.
 
-Source: CANDRV manual (seed 000), 10.4.
+Source: CANDRV manual, 10.4.
 """
 
 from __future__ import annotations

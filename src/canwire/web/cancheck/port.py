@@ -1,6 +1,6 @@
 """The main window's CAN port: a handle that only queries the device, and takes none of its virtual channels.
 
-Source: CANDRV manual (seed 000), 10.4, main dialog.
+Source: CANDRV manual, 10.4, main dialog.
 """
 
 from __future__ import annotations

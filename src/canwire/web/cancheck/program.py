@@ -1,7 +1,7 @@
 """CanCheck as a program: a port, and the windows that are open. One for all viewers of a page.
 
 It speaks to the line through canwire.candrv. No thread: whoever has it runs the windows (running.py), or, in tests,
-takes and fires by hand. Source: CANDRV manual (seed 000), 10.4.
+takes and fires by hand. Source: CANDRV manual, 10.4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The receive window: the events of one handle, its event mask and its acceptance filter.
 
-Source: CANDRV manual (seed 000), 10.4, receive dialog; rulings.md 31 and 33.
+Source: CANDRV manual, 10.4, receive dialog; rulings.md 31 and 33.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a message generator sends: the fields of its window, and from them message after message.
 
-Source: CANDRV manual (seed 000), 10.4, send dialog; docs/cancheck.md for what it leaves open.
+Source: CANDRV manual, 10.4, send dialog; docs/cancheck.md for what it leaves open.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The registry dialog: all entries of a port, written on OK; they count once the driver is loaded anew.
 
-Source: CANDRV manual (seed 000), 10.4, registry settings dialog; chapter 6.
+Source: CANDRV manual, 10.4, registry settings dialog; chapter 6.
 """
 
 from __future__ import annotations

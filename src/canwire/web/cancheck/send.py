@@ -1,6 +1,6 @@
 """The send window: generators, and the messages that were actually sent.
 
-Source: CANDRV manual (seed 000), 10.4, send dialog; rulings.md 35.
+Source: CANDRV manual, 10.4, send dialog; rulings.md 35.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A generator's window as it was typed, and as it is shown again: every fault at its field.
 
 Fields: id, dlc, b0 to b7, rtr, ext, delay, range; with `range` also idto, t0 to t7, wrap, repeat. All numbers but the
-delay are hexadecimal. Source: CANDRV manual (seed 000), 10.4.
+delay are hexadecimal. Source: CANDRV manual, 10.4.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from canwire.platform import (
 from canwire.ring import Ring, ring_size, rounded_capacity
 
 PAGE = 4096
-CONTROL = 24  # bytes of a VCI FIFO that are not the user's; source: VCI V4 manual (seed 004) 4
+CONTROL = 24  # bytes of a VCI FIFO that are not the user's; source: VCI V4 manual 4
 _LARGEST = 0xFFFF
 
 

@@ -1,4 +1,4 @@
-// The bus access layer of a board. Source: VCI V3 .NET manual (seed 002) 4.1; the vendor's published contract of Ixxat.Vci4.
+// The bus access layer of a board. Source: VCI V3 .NET manual 4.1; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Collections.Generic;
 using System.Linq;

@@ -1,4 +1,4 @@
-// The manager of boards, their list and its enumerators. Source: VCI V3 .NET manual (seed 002) 2.2; contract of Ixxat.Vci4.
+// The manager of boards, their list and its enumerators. Source: VCI V3 .NET manual 2.2; contract of Ixxat.Vci4.
 using System;
 using System.Collections;
 using System.Threading;

@@ -1,4 +1,4 @@
-// One end of a FIFO. Source: VCI V3 .NET manual (seed 002) 3.1; the vendor's published contract of Ixxat.Vci4.
+// One end of a FIFO. Source: VCI V3 .NET manual 3.1; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Threading;
 using Canwire.Native;

@@ -1,4 +1,4 @@
-// A board. Source: VCI V3 .NET manual (seed 002) 2.2, 2.3; the vendor's published contract of Ixxat.Vci4.
+// A board. Source: VCI V3 .NET manual 2.2, 2.3; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Linq;
 using System.Text;

@@ -1,4 +1,4 @@
-// VciServer: where everything starts. Source: VCI V3 .NET manual (seed 002) 2.1; the contract of Ixxat.Vci4.
+// VciServer: where everything starts. Source: VCI V3 .NET manual 2.1; the contract of Ixxat.Vci4.
 using System;
 using System.Runtime.CompilerServices;
 using System.Text;

@@ -1,4 +1,4 @@
-// Where everything starts. Source: VCI V3 .NET manual (seed 002) 2.1, 2.2; the vendor's published contract of Ixxat.Vci4.
+// Where everything starts. Source: VCI V3 .NET manual 2.1, 2.2; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Collections;
 using System.Threading;

@@ -1,6 +1,6 @@
 """CanBitrate: bit rates as an SJA1000 takes them.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.4.1; reference/vci.md sections 3 and 7a.
+Source: VCI V3 .NET manual 4.2.4.1; reference/vci.md sections 3 and 7a.
 """
 
 from __future__ import annotations

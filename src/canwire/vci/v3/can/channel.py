@@ -1,6 +1,6 @@
 """ICanChannel: a program's own FIFOs on a line.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.3; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.2.3; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

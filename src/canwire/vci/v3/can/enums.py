@@ -3,7 +3,7 @@
 They look like those of lin/enums.py and mean other bits.
 Values are V4's wherever V3 has the same. V3 differs in the errors of CanMsgError, has CAN FD at bit 12 of
 CanFeatures, and knows no CAN_OPMODE_AUTOBAUD and no CAN_ACCEPT_PASSEXCL.
-Source: VCI V3 .NET manual (seed 002) 4.2; reference/vci.md sections 2, 3 and 7a.
+Source: VCI V3 .NET manual 4.2; reference/vci.md sections 2, 3 and 7a.
 """
 
 from __future__ import annotations

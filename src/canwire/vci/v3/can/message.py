@@ -1,6 +1,6 @@
 """CanMessage and CanCyclicTXMsg.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.3.2, 4.2.3.3 and 4.2.5; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.2.3.2, 4.2.3.3 and 4.2.5; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

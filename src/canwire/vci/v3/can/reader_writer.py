@@ -1,6 +1,6 @@
 """ICanMessageReader and ICanMessageWriter: the two ends of a channel.
 
-Source: VCI V3 .NET manual (seed 002) 3.1, 4.2.3.1 and 4.2.3.2; reference/vci.md section 7a; rulings.md 8.
+Source: VCI V3 .NET manual 3.1, 4.2.3.1 and 4.2.3.2; reference/vci.md section 7a; rulings.md 8.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanScheduler: the cyclic transmit list of a line.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.5; reference/vci.md section 7a; rulings.md 9.
+Source: VCI V3 .NET manual 4.2.5; reference/vci.md section 7a; rulings.md 9.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ICanSocket: what a line can do and how it is; the base of channels, control units and cyclic lists.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.2; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.2.2; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CanLineStatus and CanChannelStatus: how a line or a channel was when somebody asked.
 
-Source: VCI V3 .NET manual (seed 002) 4.2.2 and 4.2.3; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.2.2 and 4.2.3; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

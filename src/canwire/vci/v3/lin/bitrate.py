@@ -1,6 +1,6 @@
 """LinBitrate: bit rates of LIN.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.4.1; reference/vci.md sections 4 and 7a.
+Source: VCI V3 .NET manual 4.3.4.1; reference/vci.md sections 4 and 7a.
 """
 
 from __future__ import annotations

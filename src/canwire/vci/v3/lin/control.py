@@ -1,6 +1,6 @@
 """ILinControl: the control unit of a LIN line.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.4; reference/vci.md section 7a; rulings.md 4.
+Source: VCI V3 .NET manual 4.3.4; reference/vci.md section 7a; rulings.md 4.
 """
 
 from __future__ import annotations

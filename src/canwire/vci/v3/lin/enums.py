@@ -1,7 +1,7 @@
 """The enumerations of V3's LIN part, in Python's spelling; flags are made to be OR-ed.
 
 The .NET interface has no names for LIN_STATUS_TXPEND, _ERRLIM and _BUSOFF, nor for LIN_ERROR_WAKEUP.
-Source: VCI V3 .NET manual (seed 002) 4.3; reference/vci.md sections 4, 7a and 9.
+Source: VCI V3 .NET manual 4.3; reference/vci.md sections 4, 7a and 9.
 """
 
 from __future__ import annotations

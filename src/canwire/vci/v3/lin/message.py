@@ -1,6 +1,6 @@
 """LinMessage.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.3.1 and 4.3.4.2; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.3.3.1 and 4.3.4.2; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

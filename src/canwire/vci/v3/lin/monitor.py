@@ -1,6 +1,6 @@
 """ILinMonitor: a program's own receive FIFO on a LIN line.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.3; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.3.3; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

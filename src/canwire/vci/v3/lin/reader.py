@@ -1,6 +1,6 @@
 """ILinMessageReader: the end of a monitor that messages are read from.
 
-Source: VCI V3 .NET manual (seed 002) 3.1 and 4.3.3.1; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 3.1 and 4.3.3.1; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ILinSocket: what a LIN line can do and how it is; the base of monitors and control units.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.2; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.3.2; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 CAN's look alike; what they tell is of other flags.
 
-Source: VCI V3 .NET manual (seed 002) 4.3.2 and 4.3.3; reference/vci.md section 7a.
+Source: VCI V3 .NET manual 4.3.2 and 4.3.3; reference/vci.md section 7a.
 """
 
 from __future__ import annotations

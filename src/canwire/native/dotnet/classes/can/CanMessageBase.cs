@@ -1,4 +1,4 @@
-// What messages of every kind have. Source: VCI V3 .NET manual (seed 002) 4.2.3.2; the contract of Ixxat.Vci4.
+// What messages of every kind have. Source: VCI V3 .NET manual 4.2.3.2; the contract of Ixxat.Vci4.
 using System;
 using System.Text;
 using Canwire.Native;

@@ -1,4 +1,4 @@
-// What sets a LIN line up and sends on it. Source: VCI V3 .NET manual (seed 002) 4.3.4; the contract of Ixxat.Vci4.
+// What sets a LIN line up and sends on it. Source: VCI V3 .NET manual 4.3.4; the contract of Ixxat.Vci4.
 using System;
 using Canwire.Native;
 

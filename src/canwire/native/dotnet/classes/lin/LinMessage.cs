@@ -1,4 +1,4 @@
-// LIN messages. Source: VCI V3 .NET manual (seed 002) 4.3.3.1, 4.3.4.2; the vendor's published contract of Ixxat.Vci4.
+// LIN messages. Source: VCI V3 .NET manual 4.3.3.1, 4.3.4.2; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Text;
 using Canwire.Native;

@@ -1,4 +1,4 @@
-// A program's own receive FIFO on a LIN line. Source: VCI V3 .NET manual (seed 002) 4.3.3; the contract of Ixxat.Vci4.
+// A program's own receive FIFO on a LIN line. Source: VCI V3 .NET manual 4.3.3; the contract of Ixxat.Vci4.
 using System;
 using Canwire.Native;
 

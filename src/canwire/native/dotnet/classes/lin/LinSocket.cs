@@ -1,4 +1,4 @@
-// What a LIN line can do and how it is. Source: VCI V3 .NET manual (seed 002) 4.3.2; the contract of Ixxat.Vci4.
+// What a LIN line can do and how it is. Source: VCI V3 .NET manual 4.3.2; the contract of Ixxat.Vci4.
 using Canwire.Native;
 
 #if VCI3

@@ -1,4 +1,4 @@
-// Messages that are received and sent. Source: VCI V3 .NET manual (seed 002) 4.2.3.
+// Messages that are received and sent. Source: VCI V3 .NET manual 4.2.3.
 using System;
 using Canwire.Native;
 

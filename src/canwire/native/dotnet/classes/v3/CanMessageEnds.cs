@@ -1,4 +1,4 @@
-// Both ends of a channel. Source: VCI V3 .NET manual (seed 002) 3.1, 4.2.3.1, 4.2.3.2.
+// Both ends of a channel. Source: VCI V3 .NET manual 3.1, 4.2.3.1, 4.2.3.2.
 using System;
 using Canwire.Native;
 

@@ -1,4 +1,4 @@
-// The cyclic list of a line. Source: VCI V3 .NET manual (seed 002) 4.2.5.
+// The cyclic list of a line. Source: VCI V3 .NET manual 4.2.5.
 using System;
 using System.Collections.Generic;
 using Canwire.Native;

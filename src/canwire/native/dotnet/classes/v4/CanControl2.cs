@@ -1,4 +1,4 @@
-// What sets a CAN FD line up. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.3.
+// What sets a CAN FD line up. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.3.
 using System;
 using Canwire.Native;
 

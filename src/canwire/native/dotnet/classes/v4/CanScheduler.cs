@@ -1,4 +1,4 @@
-// The cyclic list of a CAN line. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 5.2.5.
+// The cyclic list of a CAN line. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.5.
 using Canwire.Native;
 
 namespace Ixxat.Vci4.Bal.Can

@@ -1,4 +1,4 @@
-// Bit rates as an SJA1000 takes them. Source: VCI V3 .NET manual (seed 002) 4.2.4.1; the contract of Ixxat.Vci4.
+// Bit rates as an SJA1000 takes them. Source: VCI V3 .NET manual 4.2.4.1; the contract of Ixxat.Vci4.
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can
 #else

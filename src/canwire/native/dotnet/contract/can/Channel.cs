@@ -1,4 +1,4 @@
-// A program's queues on a CAN line. Source: VCI V3 .NET manual (seed 002) 3.1, 4.2.3; the contract of Ixxat.Vci4.
+// A program's queues on a CAN line. Source: VCI V3 .NET manual 3.1, 4.2.3; the contract of Ixxat.Vci4.
 using System;
 using System.Threading;
 

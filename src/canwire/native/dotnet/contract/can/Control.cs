@@ -1,4 +1,4 @@
-// What sets a CAN line up. Source: VCI V3 .NET manual (seed 002) 4.2.4; the vendor's published contract of Ixxat.Vci4.
+// What sets a CAN line up. Source: VCI V3 .NET manual 4.2.4; the vendor's published contract of Ixxat.Vci4.
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can
 #else

@@ -1,4 +1,4 @@
-// What CAN lines are and can do. Source: cantype.h; VCI V3 .NET manual (seed 002) 4.2; the contract of Ixxat.Vci4.
+// What CAN lines are and can do. Source: cantype.h; VCI V3 .NET manual 4.2; the contract of Ixxat.Vci4.
 using System;
 
 #if VCI3

@@ -1,4 +1,4 @@
-// What messages are. Source: cantype.h; VCI V3 .NET manual (seed 002) 4.2; the vendor's published contract of Ixxat.Vci4.
+// What messages are. Source: cantype.h; VCI V3 .NET manual 4.2; the vendor's published contract of Ixxat.Vci4.
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can
 #else

@@ -1,4 +1,4 @@
-// A line's cyclic list. Source: VCI V3 .NET manual (seed 002) 4.2.5; the vendor's published contract of Ixxat.Vci4.
+// A line's cyclic list. Source: VCI V3 .NET manual 4.2.5; the vendor's published contract of Ixxat.Vci4.
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can
 {

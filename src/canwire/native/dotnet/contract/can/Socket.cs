@@ -1,4 +1,4 @@
-// What a CAN line can do and how it is. Source: VCI V3 .NET manual (seed 002) 4.2.2; the contract of Ixxat.Vci4.
+// What a CAN line can do and how it is. Source: VCI V3 .NET manual 4.2.2; the contract of Ixxat.Vci4.
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can
 #else

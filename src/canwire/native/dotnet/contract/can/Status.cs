@@ -1,4 +1,4 @@
-// How a line or a channel was when somebody asked. Source: VCI V3 .NET manual (seed 002) 4.2; contract of Ixxat.Vci4.
+// How a line or a channel was when somebody asked. Source: VCI V3 .NET manual 4.2; contract of Ixxat.Vci4.
 
 #if VCI3
 namespace Ixxat.Vci3.Bal.Can

@@ -1,4 +1,4 @@
-// A LIN connector's interfaces. Source: VCI V3 .NET manual (seed 002) 4.3; the vendor's published contract of Ixxat.Vci4.
+// A LIN connector's interfaces. Source: VCI V3 .NET manual 4.3; the vendor's published contract of Ixxat.Vci4.
 using System;
 using System.Threading;
 

@@ -1,4 +1,4 @@
-// Bit rates of LIN. Source: VCI V3 .NET manual (seed 002) 4.3.4.1; the vendor's published contract of Ixxat.Vci4.
+// Bit rates of LIN. Source: VCI V3 .NET manual 4.3.4.1; the vendor's published contract of Ixxat.Vci4.
 
 #if VCI3
 namespace Ixxat.Vci3.Bal.Lin

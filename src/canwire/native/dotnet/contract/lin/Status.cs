@@ -1,4 +1,4 @@
-// How a LIN line or a monitor was when somebody asked. Source: seed 002 4.3; contract of Ixxat.Vci4.
+// How a LIN line or a monitor was when somebody asked. Source: VCI V3 .NET manual 4.3; contract of Ixxat.Vci4.
 
 #if VCI3
 namespace Ixxat.Vci3.Bal.Lin

@@ -1,4 +1,4 @@
-// LIN's enumerations. Source: lintype.h; VCI V3 .NET manual (seed 002) 4.3; the vendor's published contract of Ixxat.Vci4.
+// LIN's enumerations. Source: lintype.h; VCI V3 .NET manual 4.3; the vendor's published contract of Ixxat.Vci4.
 using System;
 
 #if VCI3

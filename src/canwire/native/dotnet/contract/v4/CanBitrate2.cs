@@ -1,4 +1,4 @@
-// Bit rates of CAN FD lines. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual (seed 004) 7.3.1.
+// Bit rates of CAN FD lines. Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 7.3.1.
 using System;
 using System.Linq;
 
