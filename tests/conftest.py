@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
-import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
 
 from canwire import pytest_plugin
-from tests import missing
+from tests import missing, workers
 from tests.effort import register_profiles
 from tests.hubs import runs
 
 register_profiles()
 
-
-if os.environ.get("PYTHONDONTWRITEBYTECODE") == "1":
-    # Images of containers set it so. Here it costs more than it saves: each worker rewrites the assertions of all tests
-    # anew, each of a thousand processes compiles the program. Whoever means it for tests too says "always".
-    del os.environ["PYTHONDONTWRITEBYTECODE"]
-    sys.dont_write_bytecode = False
 os.environ.setdefault(
     "CANWIRE_HELPER_STAYS", "0"
 )  # programs in C leave no warm process behind: tests/native/test_warm.py
@@ -33,6 +27,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Installed, pytest has found the plugin by its entry point already, under that name."""
     if not config.pluginmanager.is_registered(pytest_plugin):
         config.pluginmanager.register(pytest_plugin, "canwire")
+    config.pluginmanager.register(workers)
     hear_signals()
 
 
@@ -75,15 +70,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if runs(item)]
 
 
-def pytest_collection_finish() -> None:
-    """What was collected stays: else each collection of garbage walks through all tests of the session."""
-    gc.collect()
-    gc.freeze()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """What was collected stays: else each collection of garbage walks through all tests of the session.
 
-
-def pytest_unconfigure() -> None:
-    """At the end all goes as usual: libraries complain of what is still there."""
-    gc.unfreeze()
+    At the very end all goes as usual again, and libraries complain of what is still there.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+        atexit.register(gc.unfreeze)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -1,0 +1,50 @@
+"""What several workers of pytest-xdist share: the work of compiling, and of what a folder's tests need.
+
+Each worker collects all tests. In a fresh clone each would also compile all of them, 15 s of the processor for each
+worker. Here each begins at another part of the files, and finds the rest compiled by the others. Neighbours run in one
+worker as long as it has some (`worksteal`), so that a browser, a hub or a compiled program is made for few of them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """`worksteal`, where the command line says nothing else."""
+    if config.getvalue("dist") != "load":
+        return None
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """In a worker: import what it will collect, from another place on than the other workers."""
+    worker = getattr(session.config, "workerinput", None)
+    if worker is None or session.config.option.markexpr == "smoke":
+        return
+    files = list(_files(session.config))
+    begin = len(files) * int(worker["workerid"].removeprefix("gw")) // worker["workercount"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # as in a collection
+        for file in files[begin:] + files[:begin]:
+            name = ".".join(file.relative_to(session.config.rootpath).with_suffix("").parts)
+            with suppress(
+                Exception, pytest.skip.Exception
+            ):  # the collection imports it anew, and reports that
+                importlib.import_module(name)
+
+
+def _files(config: pytest.Config) -> Iterator[Path]:
+    for word in config.args:
+        path = config.invocation_params.dir / word.partition("::")[0]
+        yield from sorted(path.rglob("test_*.py")) if path.is_dir() else [path]
