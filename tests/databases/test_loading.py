@@ -184,7 +184,7 @@ def test_texts_in_another_encoding(tmp_path: Path) -> None:
 @pytest.mark.finding("faults-2 5")
 def test_a_file_has_a_size(tmp_path: Path) -> None:
     path = tmp_path / "big.dbc"
-    path.write_text('VERSION ""\n' + "\n" * 1000)
+    path.write_bytes(b'VERSION ""\n' + b"\n" * 1000)
     load_database(path)
     with pytest.raises(BadDescription, match=r"big.dbc: 1011 bytes, more than most_bytes=1000"):
         load_database(path, most_bytes=1000)
