@@ -75,6 +75,7 @@ DIRECTIVES = {
     "wraparound": False,
     "initializedcheck": False,
     "cdivision": True,
+    "nonecheck": True,  # an attribute of what was never initialised is None: AttributeError, where C would read on
     "annotation_typing": False,
     "allow_none_for_extension_args": False,  # None is not a Frame: TypeError, where C would read its fields
     "auto_pickle": False,  # Frame says itself how it is pickled, everything else is one of a kind

@@ -29,6 +29,8 @@ from soaking.crowd import Crowd, Running
 from soaking.figures import Sample, draw, growth, quantile, write_csv
 from soaking.honest import Honest, Served
 from soaking.meters import Meter
+from soaking.services import Services
+from soaking.trouble import Trouble
 
 import canwire
 
@@ -56,26 +58,32 @@ class Soak:
 
     def run(self, minutes: float, first_life: float) -> None:
         ends = self.began + 60 * minutes
-        life_ends = self.began + 60 * first_life
+        life_s = 60 * first_life
         while time.monotonic() < ends:
             try:
-                self.live(min(life_ends, ends), last=life_ends >= ends)
+                self.live(life_s, ends)
             except (AssertionError, OSError, ValueError, canwire.CanwireError):
                 self.fail(f"life {self.lives}: {traceback.format_exc()}")
                 for process in list(Running.everybody):
                     process.kill()
-            life_ends = time.monotonic() + _SHORT_LIFE_S
+            life_s = _SHORT_LIFE_S
 
-    def live(self, until: float, *, last: bool) -> None:
-        """A hub's life: attacked until then, then everything must be there, and it is killed, or ends in peace."""
+    def live(self, life_s: float, ends: float) -> None:
+        """A hub's life: attacked for so long, then everything must be there. It is killed, but for the last one."""
         self.lives += 1
         served = Served(self.home)
         try:
             honest = Honest(served.address)
+            services = Services(
+                honest.hub, served.address, self.home, self.done
+            )  # there before the first frame
             crowd = Crowd(honest.hub, served.address, self.home)
-            attacks = Attacks(honest, crowd, self.home, self.random, self.done)
+            trouble = Trouble(served.process.pid, served.address, self.home, self.random, self.done)
+            trouble.stoppable = [*crowd.kept.items(), *(("", each) for each in services.stoppable)]
+            attacks = Attacks(honest, crowd, trouble, self.home, self.random, self.done)
             meters = [Meter(what, served.address) for what in ("calls", "leases", "sleeps")]
             look = time.monotonic() + _LOOK_S
+            until = time.monotonic() + life_s
             while time.monotonic() < until:
                 attacks.one()
                 honest.exchange(10)
@@ -86,7 +94,8 @@ class Soak:
             self.sample(served, honest, [meter.take() for meter in meters])
             for meter in meters:
                 meter.end()
-            self.settle(honest, crowd)
+            self.settle(honest, crowd, services, trouble)
+            last = time.monotonic() >= ends
             honest.end(served, signal.SIGTERM if last else signal.SIGKILL)
             self.done["hub killed"] += not last
         finally:
@@ -111,13 +120,13 @@ class Soak:
         print(f"{self.samples[-1]}", flush=True)
         self.write()
 
-    def settle(self, honest: Honest, crowd: Crowd) -> None:
+    def settle(self, honest: Honest, crowd: Crowd, services: Services, trouble: Trouble) -> None:
         """The accounts of this life."""
         honest.balance()
         self.sent += honest.sent
         self.got += honest.got
         self.lost += honest.receiving.status().lost
-        wrong = crowd.settle()
+        wrong = [*trouble.wrong, *crowd.settle(), *services.settle()]
         for kind, account in crowd.accounts.items():
             self.kinds.setdefault(kind, Counter()).update(account)
         for what in wrong:

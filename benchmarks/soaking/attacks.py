@@ -15,6 +15,7 @@ import canwire
 from soaking.crowd import PULLED, VICTIMS, Crowd, Running
 from soaking.honest import Honest
 from soaking.hostile import HOSTILE
+from soaking.trouble import Trouble
 from soaking.wire import Wire
 
 _MOST_VICTIMS = 4
@@ -23,7 +24,10 @@ _MOST_VICTIMS = 4
 class Attacks:
     """`one` is the next attack; some go on beside the next ones until they are killed."""
 
-    def __init__(self, honest: Honest, crowd: Crowd, home: Path, random: Random, done: Counter[str]) -> None:
+    def __init__(
+        self, honest: Honest, crowd: Crowd, trouble: Trouble, home: Path, random: Random, done: Counter[str]
+    ) -> None:
+        self._trouble = trouble
         self._honest, self._crowd, self._home = honest, crowd, home
         self._random, self.done = random, done
         self._hub = canwire.connect(honest.address, name="disturbs wires")
@@ -32,14 +36,17 @@ class Attacks:
         self._victims: dict[str, Running] = {}
         self._all: list[Callable[[], None]] = (
             [self.wire] * 24 + [self.storm, self.victim] * 3 + [self.rubbish, self.half_messages, self.boards,
-            self.short, self.pull]
+            self.short, self.pull, trouble.stop, trouble.stop, trouble.stop, trouble.set_clock, trouble.full_disk,
+            trouble.lockstep, trouble.stop_hub]
         )  # fmt: skip
 
     def one(self) -> None:
+        self._trouble.look()
         self._random.choice(self._all)()
 
     def end(self) -> None:
         """Nothing is wrong any more, and nobody is left but who keeps an account."""
+        self._trouble.end()
         self._wire.mend()
         for kind in list(self._victims):
             self._kill(kind)

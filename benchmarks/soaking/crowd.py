@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import select
+import socket
 import subprocess
 import sys
 import time
@@ -14,15 +15,17 @@ from pathlib import Path
 from typing import ClassVar
 
 import canwire
-from soaking.interfaces import KINDS
+from soaking.compiled import available
+from soaking.interfaces import KINDS as PYTHON_KINDS
 from soaking.kinds import command
 
 PATIENCE_S = 90.0
+KINDS = (*PYTHON_KINDS, *available())
 _KEPT = {"canwire": "HW11", "vci": "HW12", "python-can": "HW13", "socketcan": "HW14", "acan": "HW15",
-         "candrv": "HW16", "lin": "HW11"}  # fmt: skip
+         "candrv": "HW16", "lin": "HW11", "c": "HW17", "c#": "HW18", "network": "HW19"}  # fmt: skip
 _KILLED = {"canwire": "HW21", "vci": "HW22", "python-can": "HW23", "socketcan": "HW24", "acan": "HW25",
-           "candrv": "HW26"}  # fmt: skip
-CAN_BOARDS = tuple(dict.fromkeys([*_KEPT.values(), *_KILLED.values()]))
+           "candrv": "HW26", "c": "HW21"}  # fmt: skip
+CAN_BOARDS = tuple(dict.fromkeys([*_KEPT.values(), *_KILLED.values(), "HW1A", "HW1B"]))
 PULLED = tuple(_KILLED.values())[:4]
 """Boards that are pulled and plugged while somebody uses them."""
 LIN_LINE = 2
@@ -96,6 +99,7 @@ class Crowd:
         self._hub, self._address, self._home = hub, address, home
         self._open: list[canwire.Lease] = []
         self._dongle, self._dongles_board = self._plugged_dongle("ttyKept")
+        self._offer, self._offered = self._offered_hub()
         self.kept = {
             kind: self._start(kind, self._place(kind, _KEPT), number) for number, kind in enumerate(KINDS)
         }
@@ -139,8 +143,9 @@ class Crowd:
         self._each(lambda kind, program: wrong.extend(self._balance(kind, program.account())), wrong)
         for program in self.kept.values():
             program.end()
-        self._dongle.process.terminate()
-        self._dongle.end()
+        for service in (self._dongle, self._offer):
+            service.process.terminate()
+            service.end()
         return wrong
 
     def _each(self, do: Callable[[str, Running], object], wrong: list[str]) -> None:
@@ -193,7 +198,15 @@ class Crowd:
 
     def _start(self, kind: str, place: str, number: int) -> Running:
         log = self._home / f"{kind}-{number}.log"
-        return Running(command(kind, self._address, place, number), log, self._address)
+        address = self._offered if kind == "network" else self._address
+        return Running(command(kind, address, place, number, self._home), log, self._address)
+
+    def _offered_hub(self) -> tuple[Running, str]:
+        """The hub as other machines find it, and its address there."""
+        name = f"soak{os.getpid()}"
+        words = ["offer", "--hub", self._address, "--name", name, "--listen", f"tcp/127.0.0.1:{_free_port()}"]
+        running = Running([sys.executable, "-m", "canwire", *words], self._home / "offer.log", self._address)
+        return running, next(word for word in running.line().split() if word.startswith("zenoh://"))
 
     def _plugged_dongle(self, name: str) -> tuple[Running, str]:
         words = [
@@ -220,4 +233,10 @@ class Crowd:
         return f"{boards[kind]}:0" if kind == "socketcan" else boards[kind]
 
 
-VICTIMS = tuple(_KILLED)
+def _free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+VICTIMS = tuple(kind for kind in _KILLED if kind in KINDS)

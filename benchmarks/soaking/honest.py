@@ -13,6 +13,7 @@ import canwire
 PATIENCE_S = 60.0
 _TIMING = canwire.BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 _BUSES = Path(__file__).with_name("soak.toml")
+_CLOCKED = Path(__file__).with_name("clocked.py")
 BOARD = "HW0"
 
 
@@ -24,7 +25,7 @@ class Served:
         words = ["serve", "--time", "real", "--config", str(_BUSES), "--socket", self.address]
         with (home / "hub.log").open("a") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "canwire", *words], stdout=subprocess.PIPE, stderr=log, text=True
+                [sys.executable, str(_CLOCKED), *words], stdout=subprocess.PIPE, stderr=log, text=True
             )
         assert self.process.stdout is not None
         assert "canwire hub on" in self.process.stdout.readline()

@@ -334,5 +334,5 @@ class Lin:
 
 KINDS: dict[str, Any] = {
     "canwire": Direct, "vci": Vci, "acan": Acan, "candrv": Candrv, "python-can": PythonCan,
-    "socketcan": SocketCan, "dongle": Dongle, "lin": Lin,
+    "socketcan": SocketCan, "dongle": Dongle, "lin": Lin, "network": Direct,
 }  # fmt: skip

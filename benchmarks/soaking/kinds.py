@@ -17,14 +17,17 @@ from pathlib import Path
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from soaking.compiled import COMPILERS, compiled
 from soaking.interfaces import KINDS, RATE, Program
 
 _PAUSE_S = 0.1
 _FIRST_ID = 0x100  # of program 0; each has one identifier
 
 
-def command(kind: str, address: str, place: str, number: int) -> list[str]:
-    """What starts one."""
+def command(kind: str, address: str, place: str, number: int, home: Path) -> list[str]:
+    """What starts one; those that are compiled are in `home`."""
+    if kind in COMPILERS:
+        return [*compiled(kind, home), place, str(number)]
     run = [sys.executable, "-m", "canwire", "run", "--hub", address, "--bit-rate", str(RATE)]
     own = [sys.executable, os.path.abspath(__file__), kind, address, place, str(number)]
     return [*run, *own] if kind == "socketcan" else own

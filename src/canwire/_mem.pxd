@@ -55,11 +55,14 @@ cdef inline void clear_tail(unsigned long long *words, Py_ssize_t at, Py_ssize_t
 
 
 cdef inline unsigned long long load_acquire(unsigned long long *words, Py_ssize_t at) noexcept nogil:
+    if words == NULL:  # of a thing that was never initialised
+        return 0
     return cw_load(words + at)
 
 
 cdef inline void store_release(unsigned long long *words, Py_ssize_t at, unsigned long long value) noexcept nogil:
-    cw_store(words + at, value)
+    if words != NULL:
+        cw_store(words + at, value)
 
 
 cdef inline void fence() noexcept nogil:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from pathlib import Path
 
@@ -202,3 +203,20 @@ def test_what_a_description_means_may_be_nothing(tmp_path: Path, monkeypatch: py
         BadDescription, match=r"a.dbc: it means nothing here \(OverflowError: too many bits\)"
     ):
         load_database(path)
+
+
+@pytest.mark.finding("faults-2 4")
+@pytest.mark.skipif(sys.implementation.name != "cpython", reason="CPython's threads hear of it")
+def test_a_file_has_a_limit_of_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def reads_for_ever(*_: object) -> None:
+        while True:
+            with contextlib.suppress(Exception):  # as parsers do that try one form after another
+                ([0] * 10).sort()
+
+    path = tmp_path / "a.dbc"
+    path.write_text('VERSION ""\n')
+    monkeypatch.setattr("canwire.databases.can_file.CanFile", reads_for_ever)
+    with pytest.raises(BadDescription, match=r"a.dbc: to read it takes longer than seconds=0.02"):
+        load_database(path, seconds=0.02)
+    monkeypatch.undo()
+    assert not load_database(path, seconds=600).messages

@@ -7,8 +7,10 @@ import tempfile
 import zlib
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
+import canwire.ecus
 from canwire import (
     BadDescription,
     BadLog,
@@ -45,7 +47,7 @@ class NetOnlyError(Exception):
 
 def targets(*, seeded: bool = True) -> dict[str, Parser]:
     """All of them, by name; those of logs without seeds cost nothing."""
-    return {**PARSERS, **_logs(seeded), **_databases()}
+    return {**PARSERS, **_logs(seeded), **_databases(), **_dictionaries()}
 
 
 def _entries() -> list[LogEntry]:
@@ -129,6 +131,52 @@ def _databases() -> dict[str, Parser]:
     }
 
 
+def _dictionaries() -> dict[str, Parser]:
+    """EDS files of CANopen, where its library is there."""
+    if find_spec("canopen") is None:
+        return {}
+    seed = Path(canwire.ecus.CanopenEcu.EDS).read_bytes()
+    return {
+        "dictionary .eds": Parser(by_file(".eds", canwire.ecus.load_eds), (BadDescription,), (seed, _EDS))
+    }
+
+
+_EDS = b"""[DeviceInfo]
+ProductName=small
+[1000]
+ParameterName=Device type
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=$NODEID+0x180
+[2000]
+ParameterName=Many
+ObjectType=0x8
+DataType=0x0003
+AccessType=rw
+CompactSubObj=3
+[2000Name]
+NrOfEntries=2
+1=one
+[2001]
+ParameterName=Some
+SubNumber=2
+ObjectType=0x9
+[2001sub0]
+ParameterName=Count
+DataType=0x0005
+AccessType=const
+DefaultValue=1
+[2001sub1]
+ParameterName=Value
+DataType=0x0002
+AccessType=rww
+LowLimit=0x80
+HighLimit=0x7F
+[Comments]
+Lines=1
+Line1=x
+"""
 _DBC = b"""VERSION ""
 NS_ :
 BS_:

@@ -2,7 +2,7 @@
 cimport cython
 
 cdef int _ACTIVE, _WARNING, _PASSIVE, _BUS_OFF, _WARNING_LIMIT, _PASSIVE_LIMIT, _BUS_OFF_LIMIT
-cdef int _RECEIVED_RULE, _REC_AFTER_PASSIVE
+cdef int _RECEIVED_RULE, _REC_AFTER_PASSIVE, _RULES
 cdef tuple _TEC_STEP, _REC_STEP
 
 @cython.final

@@ -16,6 +16,7 @@ _WARNING_LIMIT, _PASSIVE_LIMIT, _BUS_OFF_LIMIT = WARNING_LIMIT, PASSIVE_LIMIT, B
 # by rule: (added to TEC, added to REC); rules 7 and 8, which count down, have methods of their own
 _TEC_STEP = (0, 0, 0, 8, 8, 0, 8, 0, 0)
 _REC_STEP = (0, 1, 8, 0, 0, 8, 0, 8, 0)
+_RULES = len(_TEC_STEP)
 _RECEIVED_RULE = 8
 _REC_AFTER_PASSIVE = 127  # "a value between 119 and 127"
 
@@ -39,6 +40,8 @@ class Confinement:
             return False
         if rule == _RECEIVED_RULE:
             return self.received()
+        if rule < 0 or rule >= _RULES:
+            raise ValueError(f"rule {rule}: there are 0 to {_RULES - 1}")
         self.tec = min(self.tec + _TEC_STEP[rule], _BUS_OFF_LIMIT)
         self.rec = min(self.rec + _REC_STEP[rule], 255)
         return self._settle()

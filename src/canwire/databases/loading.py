@@ -12,6 +12,7 @@ from canwire.values.checks import instance
 if TYPE_CHECKING:
     from canwire.databases.database import Database
 
+MOST_SECONDS = 600.0
 MOST_BYTES = 1 << 26
 """Of a file: parsers of text take some hundred times as much memory."""
 KINDS = (".dbc", ".arxml", ".kcd", ".sym", ".ldf")
@@ -24,17 +25,20 @@ def load_database(
     strict: bool = True,
     j1939: bool | None = None,
     most_bytes: int = MOST_BYTES,
+    seconds: float = MOST_SECONDS,
 ) -> Database:
     """The messages that this DBC, ARXML, KCD, SYM or LDF file describes; its ending tells which it is.
 
     `encoding` is the text's (None: what is usual for its kind). `strict` refuses signals that overlap or do not fit
     into their message. `j1939` says whether messages with 29-bit identifiers are J1939's, known by their PGN (None:
-    those that the file says so of, which only DBC files can). A file of more than `most_bytes` is refused. Needs
-    canwire[databases], LDF files canwire[lin]. Raises BadDescription with the file's name, ExtraMissing.
+    those that the file says so of, which only DBC files can). A file of more than `most_bytes`, or that takes more
+    than `seconds`, is refused. Needs canwire[databases], LDF files canwire[lin]. Raises BadDescription with the file's
+    name, ExtraMissing.
     """
     from canwire.databases.can_file import CanFile
     from canwire.databases.database import Database
     from canwire.databases.lin_file import LinFile
+    from canwire.platform.time_limit import time_limit
 
     instance("path", path, str, PathLike)
     file = Path(path)
@@ -46,9 +50,9 @@ def load_database(
     try:
         if (size := file.stat().st_size) > most_bytes:
             raise BadDescription(f"{file}: {size} bytes, more than most_bytes={most_bytes}")
-        if kind == ".ldf":
-            return Database(str(file), LinFile(file, encoding))
-        return Database(str(file), CanFile(file, encoding, strict, j1939))
+        with time_limit(seconds, lambda: _too_slow(file, seconds)):
+            described = LinFile(file, encoding) if kind == ".ldf" else CanFile(file, encoding, strict, j1939)
+        return Database(str(file), described)
     except (CanwireError, MemoryError):
         raise
     except OSError as error:
@@ -57,3 +61,7 @@ def load_database(
         raise BadDescription(
             f"{file}: it means nothing here ({type(error).__name__}: {error})"[:400]
         ) from error
+
+
+def _too_slow(file: Path, seconds: float) -> BadDescription:
+    return BadDescription(f"{file}: to read it takes longer than seconds={seconds:g}")

@@ -19,6 +19,7 @@ from canwire import ExtraMissing
 if TYPE_CHECKING:
     from canwire.ecus.canopen import CanopenEcu as CanopenEcu
     from canwire.ecus.canopen import LabCanopen as LabCanopen
+    from canwire.ecus.canopen import load_eds as load_eds
     from canwire.ecus.connection import UdsConnection as UdsConnection
     from canwire.ecus.j1939 import J1939Ecu as J1939Ecu
     from canwire.ecus.j1939 import LabJ1939 as LabJ1939
@@ -31,6 +32,7 @@ _HOMES = {  # a name, where it is, and the libraries it needs
     "LabCanopen": ("canopen", ("canopen",)),
     "LabIsoTp": ("transport", ("isotp",)),
     "LabJ1939": ("j1939", ("j1939",)),
+    "load_eds": ("canopen", ("canopen",)),
     "UdsConnection": ("connection", ("isotp", "udsoncan")),
     "UdsEcu": ("uds", ("isotp", "udsoncan")),
 }

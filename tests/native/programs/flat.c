@@ -42,6 +42,35 @@ static MESSAGE next_data(HANDLE from)
     return message;
 }
 
+/* Reads without a limit until the channel is closed in another thread. */
+static DWORD WINAPI reads_for_ever(LPVOID begins)
+{
+    MESSAGE message;
+    HRESULT result;
+
+    SetEvent((HANDLE)begins);
+    do
+        result = canChannelReadMessage(channel[1], INFINITE, &message);
+    while (result == VCI_OK);
+    return (DWORD)result;
+}
+
+static void close_under_readers(void)
+{
+    HANDLE reader[2], begins = CreateEventA(NULL, FALSE, FALSE, NULL);
+    DWORD result;
+
+    for (int k = 0; k < 2; k++) {
+        reader[k] = CreateThread(NULL, 0, reads_for_ever, begins, 0, NULL);
+        TRUE_THAT(WaitForSingleObject(begins, 60000) == WAIT_OBJECT_0);
+    }
+    OK(canChannelClose(channel[1]));
+    for (int k = 0; k < 2; k++) {
+        TRUE_THAT(WaitForSingleObject(reader[k], 60000) == WAIT_OBJECT_0);
+        TRUE_THAT(GetExitCodeThread(reader[k], &result) && (HRESULT)result == VCI_E_INVHANDLE);
+    }
+}
+
 int main(void)
 {
     MESSAGE message = {0}, many[3];
@@ -80,6 +109,7 @@ int main(void)
     OK(linMonitorOpen(device[0], 0, FALSE, &monitor));
     OK(linMonitorInitialize(monitor, 100, 1));
     OK(linMonitorClose(monitor));
+    close_under_readers();
     OK(canChannelClose(channel[0]));
     EXPECT(canChannelClose(channel[0]), VCI_E_INVHANDLE);
     puts("the flat interface");

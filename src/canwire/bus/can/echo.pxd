@@ -11,7 +11,8 @@ cdef class Echo:
     cdef public Node node
     cdef readonly object _block
     cdef unsigned long long *_history
-    cdef public long long changes, measuring_ps, measured_ps
+    cdef readonly long long changes  # an index is made of it
+    cdef public long long measuring_ps, measured_ps
     cdef public int last
     cdef public bint failed
     cdef list _checks, _expected

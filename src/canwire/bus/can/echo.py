@@ -43,7 +43,7 @@ class Echo:
 
     def drive(self, level: int, at_ps: int) -> None:
         """The node drives this from now on."""
-        if level == self.last:
+        if level == self.last or self._block is None:  # None: it was never initialised
             return
         self._history[self.changes % _HISTORY] = at_ps << 1 | level
         self.last = level

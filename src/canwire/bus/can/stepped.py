@@ -164,7 +164,7 @@ def losing_bit(key: int, winner: int) -> int:
     """The first bit where this arbitration field is higher than the winner's, 0..31 as SJA1000's ALC counts."""
     differing = key ^ winner
     bit = 0
-    while differing < _TOP_BIT:
+    while differing < _TOP_BIT and bit < 31:
         differing <<= 1
         bit += 1
     return bit

@@ -15,6 +15,7 @@ from canopen import LocalNode, Network, ObjectDictionary, SdoAbortedError
 
 from canwire import LabNode
 from canwire.ecus.bench import LabCondition
+from canwire.ecus.canopen.dictionary import dictionary_of
 from canwire.ecus.canopen.lss import ANSWERS, REQUESTS, LssSlave
 from canwire.ecus.canopen.network import LabCanopen
 from canwire.ecus.canopen.pdos import Pdos
@@ -30,9 +31,10 @@ _NO_VALUE = 0x06090030  # an SDO abort code: not in the range of the object's va
 class CanopenEcu(LocalNode):  # type: ignore[misc]
     """`bus.node("io", CanopenEcu(5))` in the lab, `network.create_node(CanopenEcu(5))` on a connected canopen.Network.
 
-    `dictionary` is canopen's, or the path of an EDS file; without one it is a small I/O module, of EDS file
-    `CanopenEcu.EDS`. It boots at once. Its SDO server (blocks, too), heartbeats, TPDOs (on change, by event timer, on
-    SYNC), RPDOs and emergencies are as the dictionary says; resets take its values back to the dictionary's.
+    `dictionary` is canopen's, or the path of an EDS file (`load_eds` has its limits); without one it is a small I/O
+    module, of EDS file `CanopenEcu.EDS`. It boots at once. Its SDO server (blocks, too), heartbeats, TPDOs (on change,
+    by event timer, on SYNC), RPDOs and emergencies are as the dictionary says; resets take its values back to the
+    dictionary's.
 
     Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
     follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. `lss` answers
@@ -44,8 +46,10 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
     id: int
 
     def __init__(self, id: int = 1, dictionary: ObjectDictionary | str | Path | None = None) -> None:
-        if dictionary is None or isinstance(dictionary, Path):
-            dictionary = str(dictionary or self.EDS)
+        if dictionary is None:
+            dictionary = self.EDS
+        if isinstance(dictionary, str | Path):
+            dictionary = dictionary_of(dictionary, id)
         super().__init__(id, dictionary)
         self.sdo = Sdo(self)
         self.nmt = Nmt(self.id, self, self._reset, self._entered)

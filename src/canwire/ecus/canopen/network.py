@@ -9,6 +9,7 @@ from canopen import LocalNode, Network, ObjectDictionary, RemoteNode
 
 from canwire import BadValue, Frame, LabNode
 from canwire.ecus.bench import LabFrames, LabTask
+from canwire.ecus.canopen.dictionary import dictionary_of
 from canwire.ecus.canopen.remote import LabRemoteNode
 
 _STANDARD = 0x7FF  # identifiers above are extended
@@ -51,6 +52,8 @@ class LabCanopen(Network):  # type: ignore[misc]
         if upload_eds:
             raise BadValue("upload_eds: read object 0x1021 by a remote node, and give its text to import_od")
         if isinstance(node, int):
+            if isinstance(object_dictionary, str):
+                object_dictionary = dictionary_of(object_dictionary, node)
             node = LabRemoteNode(self.node, node, object_dictionary or ObjectDictionary())
         return super().add_node(node)
 

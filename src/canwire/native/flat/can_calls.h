@@ -84,6 +84,14 @@ HRESULT canChannelOpen(HANDLE device, UINT32 number, BOOL exclusive, PHANDLE int
 
 HRESULT canChannelClose(HANDLE handle)
 {
+    {
+        Use<Channel> opened(handle);
+
+        if (opened) {
+            opened->received.end_waits();
+            opened->to_send.end_waits();
+        }
+    }
     return close_handle<Channel>(handle);
 }
 

@@ -108,6 +108,12 @@ HRESULT linMonitorOpen(HANDLE device, UINT32 number, BOOL exclusive, PHANDLE int
 
 HRESULT linMonitorClose(HANDLE handle)
 {
+    {
+        Use<LinMonitor> opened(handle);
+
+        if (opened)
+            opened->received.end_waits();
+    }
     return close_handle<LinMonitor>(handle);
 }
 

@@ -6,6 +6,7 @@
 template <class End> struct Queue {
     End *end;
     HANDLE event;
+    int ending; // its handle is being closed: nobody waits any more
 
     HRESULT open(UINT16 threshold)
     {
@@ -29,15 +30,28 @@ template <class End> struct Queue {
         event = nullptr;
     }
 
+    // Whoever waits has to go, with VCI_E_INVHANDLE; `close` comes when the last of them has gone.
+    void end_waits()
+    {
+        __atomic_store_n(&ending, 1, __ATOMIC_SEQ_CST);
+        if (event != nullptr)
+            SetEvent(event);
+    }
+
     // Until `met()` says something else than `empty`; VCI_E_TIMEOUT.
     template <class Met> HRESULT wait(UINT32 timeout_ms, HRESULT empty, Met met)
     {
         Deadline deadline(timeout_ms);
         HRESULT result;
 
-        while ((result = met()) == empty)
+        while ((result = met()) == empty) {
+            if (__atomic_load_n(&ending, __ATOMIC_SEQ_CST)) {
+                SetEvent(event); // it wakes one thread at a time
+                return VCI_E_INVHANDLE;
+            }
             if (WaitForSingleObject(event, deadline.left()) != WAIT_OBJECT_0)
                 return (result = met()) == empty ? VCI_E_TIMEOUT : result;
+        }
         return result;
     }
 };

@@ -1,0 +1,85 @@
+"""EDS and DCF files by canopen, under limits: whatever a file says of itself, one error leaves here.
+
+Source: CiA 306 1.3.0, 4.5 and 4.6 (sections, NrOfEntries, CompactSubObj).
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from os import PathLike
+from pathlib import Path
+
+from canopen import ObjectDictionary
+from canopen.objectdictionary.eds import import_eds
+
+from canwire import BadDescription
+from canwire.platform.time_limit import time_limit
+
+MOST_BYTES = 1 << 24
+MOST_SECONDS = 60.0
+_KINDS = (".eds", ".dcf")
+_MOST_SUBINDICES = 254
+_COUNTS = re.compile(
+    r"^[ \t]*(?:NrOfEntries|CompactSubObj)[ \t]*[=:][ \t]*(\S+)", re.IGNORECASE | re.MULTILINE
+)
+
+
+def load_eds(
+    path: str | PathLike[str],
+    *,
+    node_id: int | None = None,
+    most_bytes: int = MOST_BYTES,
+    seconds: float = MOST_SECONDS,
+) -> ObjectDictionary:
+    """canopen's dictionary of this EDS or DCF file; `node_id` is for entries that are made of it ($NODEID+0x180).
+
+    Raises BadDescription with the file's name: for more than `most_bytes`, for what takes longer than `seconds`, for an
+    object with more than 254 entries, and for what is no such file.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in _KINDS:
+        raise BadDescription(f"{file}: no object dictionary by its ending; there are {', '.join(_KINDS)}")
+    try:
+        if (size := file.stat().st_size) > most_bytes:
+            raise BadDescription(f"{file}: {size} bytes, more than most_bytes={most_bytes}")
+        text = _text_of(file.read_bytes())
+        _check_counts(file, text)
+        with time_limit(
+            seconds, lambda: BadDescription(f"{file}: to read it takes longer than seconds={seconds:g}")
+        ):
+            return import_eds(io.StringIO(text), node_id)
+    except (BadDescription, MemoryError):
+        raise
+    except OSError as error:
+        raise BadDescription(f"{file}: {error.strerror}") from None
+    except Exception as error:  # what somebody else's parser made of it may be anything
+        raise BadDescription(
+            f"{file}: no object dictionary ({type(error).__name__}: {error})"[:400]
+        ) from error
+
+
+def dictionary_of(path: str | PathLike[str], node_id: int) -> ObjectDictionary | str:
+    """`load_eds` for an EDS or DCF file; canopen may know what else it is."""
+    return load_eds(path, node_id=node_id) if Path(path).suffix.lower() in _KINDS else str(path)
+
+
+def _text_of(data: bytes) -> str:
+    """The standard has ISO 646; what is beyond that is UTF-8, or else Latin-1."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _check_counts(file: Path, text: str) -> None:
+    """canopen makes as many entries as a file says, which may be any number."""
+    for found in _COUNTS.finditer(text):
+        try:
+            count = int(found[1], 0)
+        except ValueError:  # canopen says what is wrong with it
+            continue
+        if count > _MOST_SUBINDICES:
+            raise BadDescription(
+                f"{file}: {found[0].strip()}: an object has at most {_MOST_SUBINDICES} entries"
+            )
