@@ -16,6 +16,7 @@ MODE = os.environ.get("CANWIRE_BUILD", "auto")
 CORE = {  # and the compiler's -O: nine tenths of the core's work is done at level 2, the rest compiles quicker
     "canwire.values.frame": 2,
     "canwire.values.slcan_text": 1,
+    "canwire.values.packed_records": 3,
     "canwire.timeline": 1,
     "canwire.ring": 3,
     "canwire.bus.can.node": 1,

@@ -89,7 +89,7 @@ if TYPE_CHECKING:  # what __getattr__ says to the interpreter
     from canwire.hub.protocol.lin_messages import WakeLin as WakeLin
     from canwire.hub.protocol.lin_messages import WriteLin as WriteLin
 
-VERSION = 6
+VERSION = 7
 LARGEST_REQUEST = 1 << 16
 LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from canwire import BadMessage
 from canwire.hub.links.network import calls, keys, wire
-from canwire.hub.links.network.mirrors import AT_ONCE, BATCH, FULL, HOLD_NS, MANY, Incoming, Outgoing
+from canwire.hub.links.network.flow.way import AT_ONCE, HOLD_NS, WINDOW, Way
+from canwire.hub.links.network.incoming import Incoming
+from canwire.hub.links.network.mirrors import BATCH, FULL, MANY, Outgoing
 from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.wire import Count, Report
 from canwire.platform import EventDescriptor, close_descriptors, create_memory
@@ -137,6 +139,7 @@ def test_a_single_record_goes_at_once_and_many_wait_for_each_other() -> None:
 
 def test_where_many_wait_payloads_are_larger_and_a_full_load_is_known_as_one() -> None:
     with closing(Pair(8192)) as pair:
+        pair.outgoing.belongs_to(Way(WINDOW))
         pair.write(MANY * BATCH - 1)
         assert [len(wire.frames_in(one)[2]) // SIZE for one in pair.outgoing.batches(0)] == [
             BATCH,

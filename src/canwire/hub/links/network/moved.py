@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 
+from canwire.hub.links.network.incoming import Incoming
 from canwire.hub.links.network.lockstep.stirs import IncomingStirs, OutgoingStirs
-from canwire.hub.links.network.mirrors import Incoming, Outgoing
+from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.watched import Watched
 from canwire.platform import EventDescriptor, Poller

@@ -8,7 +8,8 @@ from functools import partial
 from typing import NamedTuple
 
 from canwire.hub.links.network.cuts.age import Age, OtherClock
-from canwire.hub.links.network.mirrors import Incoming, Outgoing
+from canwire.hub.links.network.incoming import Incoming
+from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.moved import Mirror
 from canwire.hub.links.network.watched import Watched
 from canwire.hub.owner.held.shared_ring import SharedRings
@@ -75,7 +76,7 @@ def _queues_here(
     begin = transmit_offset(reply.receive)
     receive = Ring(reply.receive, exact=True, buffer=queues[:begin])
     receive.event, receive.free_event = heard[0], doorbell
-    opened = [Opened(Outgoing(number(), receive), (heard[0],))]
+    opened = [Opened(Outgoing(number(), receive, frames=True), (heard[0],))]
     if reply.transmit:
         transmit = Ring(reply.transmit, exact=True, buffer=queues[begin:])
         transmit.event, transmit.free_event = doorbell, heard[1]
@@ -151,7 +152,7 @@ def copied(
     made = SharedRings(reply.receive, reply.transmit, exact=True, doorbell=doorbell, halts=None)
     opened = [Opened(Incoming(rings[0][0], made.receive), ())]
     if made.transmit is not None:
-        opened.append(Opened(Outgoing(rings[1][0], made.transmit, clock=clock), ()))
+        opened.append(Opened(Outgoing(rings[1][0], made.transmit, clock=clock, frames=True), ()))
     return Copies(opened, made.hand_over(), made)
 
 

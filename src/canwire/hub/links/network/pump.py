@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 from canwire.errors import BadMessage
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.cuts.age import OtherClock
-from canwire.hub.links.network.mirrors import FULL, Incoming
-from canwire.hub.links.network.moved import Mirror, Moved
+from canwire.hub.links.network.flow.way import Way
+from canwire.hub.links.network.incoming import Incoming
+from canwire.hub.links.network.mirrors import FULL, Outgoing
+from canwire.hub.links.network.moved import Mirror, Moved, Sender
 from canwire.platform import EventDescriptor
 from canwire.ring import RECHECK_S
 
@@ -45,12 +47,13 @@ class Pump:
         self._moved = Moved((self._wake,) if doorbell is None else (self._wake, doorbell))
         self._sending = threading.Lock()  # over taking something to be sent, and sending it
         self._arrived = threading.Condition()
-        self._awaiting = 0
+        self._awaiting = self._turns = 0
         self._stopping = False
         self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
         self.clock = OtherClock()
+        self.way = Way()
         self._unheard_ns = 0  # how long the other end had heard nothing, when it last said so
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
 
@@ -59,6 +62,8 @@ class Pump:
 
     def add(self, mirror: Mirror, *events: EventDescriptor) -> None:
         """Move this one, too; the first of `events` is signalled when its ring moves here, all are closed with it."""
+        if isinstance(mirror, Outgoing):
+            mirror.belongs_to(self.way)
         self._moved.add(mirror, events)
         self.wake()
 
@@ -99,7 +104,10 @@ class Pump:
         return self._moved.mirror(number)
 
     def await_arrival(self, positions: tuple[tuple[int, int], ...], timeout: float) -> bool:
-        """Wait until incoming rings are so far; False if they are not within so many seconds."""
+        """Wait until incoming rings are so far; False if they are not within so many seconds.
+
+        What is missing is not asked for: it may wait for room on the way, and the other end says what it has sent.
+        """
         if self._have(positions):
             return True
         deadline = time.monotonic() + timeout
@@ -110,8 +118,7 @@ class Pump:
                     left = deadline - time.monotonic()
                     if left <= 0:
                         return False
-                    self._compare(positions)
-                    self._arrived.wait(min(left, _ASK_NS / 1e9))
+                    self._arrived.wait(left)
             finally:
                 self._awaiting -= 1
         return self._have(positions)
@@ -120,7 +127,7 @@ class Pump:
         """What came from the other end; raises BadMessage. Never waits."""
         self.heard_ns = time.monotonic_ns()
         kind = payload[0] if payload else 0
-        if kind == wire.FRAMES:
+        if kind in wire.BATCHES:
             self._accept(payload)
         elif kind == wire.REPORTS:
             self._acknowledge(wire.reports_in(payload))
@@ -135,7 +142,7 @@ class Pump:
             for part in wire.parts_in(payload):
                 self.take(part)
         else:
-            raise BadMessage(f"a message of kind {kind}: 1 to 4, or {wire.TOGETHER}")
+            raise BadMessage(f"a message of kind {kind}: 1 to 4, or {wire.TOGETHER} to {wire.SQUEEZED}")
 
     def close(self) -> None:
         """End, and let go of every ring; a second time does nothing."""
@@ -171,12 +178,16 @@ class Pump:
     def _acknowledge(self, found: list[Report]) -> None:
         for report in found:
             sender = self._moved.senders.get(report.ring)
-            if sender is not None:
+            if isinstance(sender, Outgoing):
+                sender.acknowledge(report, self.heard_ns)
+            elif sender is not None:
                 sender.acknowledge(report)
-                if sender.sent != sender.written:
-                    self.wake()
+            if sender is not None and sender.sent != sender.written:
+                self.wake()
+        if self.way.waits():  # there may be room now
+            self.wake()
 
-    def _compare(self, found: list[tuple[int, int]] | tuple[tuple[int, int], ...]) -> None:
+    def _compare(self, found: list[tuple[int, int]]) -> None:
         """The other end has sent so much."""
         for number, sent in found:
             if number == wire.SILENCE:
@@ -224,12 +235,25 @@ class Pump:
         while left:
             left = False
             found: list[bytes] = []
-            for one in self._moved.senders.values():
+            for one in self._in_turn():
                 batches = one.batches(now_ns, at_once=at_once)
                 found += batches
                 left |= len(batches) >= FULL
+            if found and self.way.asks:
+                found.append(wire.states(self._unconfirmed()))
+                self._asked_ns = now_ns
             for payload in wire.packed(self._news(now_ns, at_once=at_once or bool(found)) + found):
                 self._send(payload)
+
+    def _in_turn(self) -> list[Sender]:
+        """Another ring comes first each time: one that is always full leaves the others no room otherwise."""
+        found = list(self._moved.senders.values())
+        self._turns += 1
+        first = self._turns % (len(found) or 1)
+        return found[first:] + found[:first]
+
+    def _unconfirmed(self) -> list[tuple[int, int]]:
+        return [(one.number, one.sent) for one in self._moved.senders.values() if one.unconfirmed]
 
     def _news(self, now_ns: int, *, at_once: bool) -> list[bytes]:
         """How far rings are that are copies here, and FIFOs that are only looked at."""
@@ -246,7 +270,7 @@ class Pump:
         beat = now_ns >= self._beaten_ns + HEARTBEAT_NS
         if not beat and now_ns < self._asked_ns + _ASK_NS:
             return
-        sent = [(one.number, one.sent) for one in self._moved.senders.values() if one.unconfirmed]
+        sent = self._unconfirmed()
         if beat or sent:
             self._asked_ns = now_ns
             if self._healthy():

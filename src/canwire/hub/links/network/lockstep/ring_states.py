@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from canwire.hub.links.network.calls import Positions, States
-from canwire.hub.links.network.mirrors import Incoming, Outgoing
+from canwire.hub.links.network.incoming import Incoming
+from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.wire import Report
 
 
