@@ -94,6 +94,7 @@ class Bench:
         environment = {
             "CANWIRE_HUB": hub,
             "CANWIRE_CONFIG": config,
+            "CANWIRE_PYTHON": sys.executable,
             "PYTHONUNBUFFERED": "1",
             "XDG_RUNTIME_DIR": str(self.home),
         }
