@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -69,10 +70,10 @@ class Bench:
         self.wait(4)
         self._speaker("python-can", 1, _FAR, "HW3")
         self._keep(
-            "dump", 1, [*_OWN, "dump", "can0", "-l", "--filter", "100:7FF", "--hub", _FAR, "--reconnect"]
+            "dump", 1, [*_OWN, "dump", "HW3:1", "-l", "--filter", "100:7FF", "--hub", _FAR, "--reconnect"]
         )
-        self._keep("record", 1, [*_OWN, "record", "can0", "-", "--format", "candump", "--hub", _FAR])
-        self._keep("bridge", 1, [*_OWN, "bridge", "can0", "can0", "--one-way", "--filter", "100:7FF", "--hub", _FAR,
+        self._keep("record", 1, [*_OWN, "record", "HW4:1", "-", "--format", "candump", "--hub", _FAR])
+        self._keep("bridge", 1, [*_OWN, "bridge", "HW7:1", "can0", "--one-way", "--filter", "100:7FF", "--hub", _FAR,
                                  "--to-hub", self.second, "--reconnect"])  # fmt: skip
         self._speaker("looker-2", 1, self.second, "HW2", kind="direct")
         self._speaker("vci", 2, _FAR, "HW4")
@@ -93,6 +94,7 @@ class Bench:
         environment = {
             "CANWIRE_HUB": hub,
             "CANWIRE_CONFIG": config,
+            "CANWIRE_PYTHON": sys.executable,
             "PYTHONUNBUFFERED": "1",
             "XDG_RUNTIME_DIR": str(self.home),
         }
@@ -195,10 +197,16 @@ class Bench:
         self.accounts[name] = {"seen": count, "missing": gaps, "wrong": wrong}
         return [f"{name}: {wrong} frames twice or out of order"] if wrong else []
 
+    def _given_up(self) -> int:
+        """As the offer says of the commander."""
+        said = self.programs["offer"].log.read_text(errors="replace")
+        return sum(map(int, re.findall(r"three HW8: (\d+) frames? came after", said)))
+
     def table(self, trouble: Trouble, minutes: float) -> str:
         lines = [f"| {minutes:.1f} minutes | |", "|---|---|"]
         lines += [f"| {what} | {count} |" for what, count in sorted(trouble.done.items())]
         lines.append(f"| the latest command came after | {getattr(self, 'latest_ms', -1)} ms |")
+        lines.append(f"| commands that were given up since they came late | {self._given_up()} |")
         lines += [
             "",
             "| program | lives | seen in the last | missing | lost | refused | ends |",

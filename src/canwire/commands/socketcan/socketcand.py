@@ -2,6 +2,7 @@
 
 canwire socketcand                                     on 127.0.0.1:29536, for programs of this machine
 canwire socketcand --listen 0.0.0.0:29536              for everybody who reaches this machine
+canwire socketcand --listen ./socketcand.sock          on a Unix socket, for this user alone
 canwire socketcand --interface vcan0=can0              can0 under another name
 canwire socketcand --beacon 192.168.0.255              and tell this network where it is, every two seconds
 
@@ -26,7 +27,12 @@ from canwire.commands.socketcan.options import add_interface_argument, mappings_
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("--listen", default="", metavar="HOST:PORT", help="default: 127.0.0.1:29536")
+    parser.add_argument(
+        "--listen",
+        default="",
+        metavar="HOST:PORT|PATH",
+        help="default: 127.0.0.1:29536; @NAME: an abstract Unix socket",
+    )
     parser.add_argument(
         "--beacon", default="", metavar="ADDRESS", help="announce it there by UDP, port 42000"
     )
@@ -44,7 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    from canwire.socketcan.daemon.daemon import Daemon, parse_address
+    from canwire.socketcan.daemon.daemon import Daemon
+    from canwire.socketcan.daemon.listening import parse_address, shown
 
     with ExitStack() as stack:
         hub = connected(arguments, "socketcand", stack)
@@ -59,7 +66,7 @@ def _serve(arguments: argparse.Namespace) -> int:
             beacon=arguments.beacon,
         )
         with signals_call(stop.set):
-            print(f"socketcand on {daemon.address[0]}:{daemon.address[1]}", flush=True)
+            print(f"socketcand on {shown(daemon.address)}", flush=True)
             daemon.run(stop)
         if hub.lost and not arguments.beside:
             raise HubLost("the hub is gone, and so is what socketcand served of it")

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import socket
 from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire import BadText
-from canwire.socketcan.bcm.message import RX_CHANGED, RX_DELETE, RX_SETUP, TX_DELETE, TX_SEND, Message
-from canwire.socketcan.bcm.sending import Sending
-from canwire.socketcan.bcm.watching import Watching
-from canwire.socketcan.constants import CAN_ERR_FLAG, CAN_MTU
+from canwire.socketcan.bcm.message import TX_SEND, Message
+from canwire.socketcan.constants import CAN_ERR_FLAG, CAN_MTU, CAN_RTR_FLAG
+from canwire.socketcan.daemon.configuring import is_configuration
+from canwire.socketcan.daemon.isotp import IsoTp, pdu_of
+from canwire.socketcan.daemon.jobs import Jobs
+from canwire.socketcan.daemon.statistics import Statistics
 from canwire.socketcan.daemon.words import heard, request, sent_frame
-from canwire.socketcan.loop import READABLE, WRITABLE, Timer
+from canwire.socketcan.loop import READABLE, WRITABLE
 from canwire.socketcan.wire import HEADER_SIZE, row_of, sound
 
 if TYPE_CHECKING:
@@ -24,20 +27,26 @@ if TYPE_CHECKING:
     from canwire.socketcan.wire import Batch
 
 _MOST_UNREAD = 1 << 20  # bytes that wait for a client; frames beyond are lost, and counted
-_LONGEST = 1 << 14  # of a command: a muxfilter with 257 masks has 6,200 characters
+_LONGEST, _LONGEST_PDU = (
+    1 << 14,
+    1 << 18,
+)  # of a command: 257 masks have 6,200 characters, 66,000 bytes 132,000
 _AT_ONCE = 1 << 16
-_MODES = {"rawmode": "raw", "bcmmode": "bcm", "controlmode": "control"}
+_MODES = {"rawmode": "raw", "bcmmode": "bcm", "controlmode": "control", "isotpmode": "isotp"}
 _SENDS = ("send", "sendrtr", "fdsend")
-_LONGEST_INTERVAL_MS = 1 << 31
 
 
 class Client:
-    """`find(name)` opens an interface, or raises OSError; `slot` is this client's number among all."""
+    """`find(name)` opens an interface, `configure` sets one up by a command; both raise OSError.
+
+    `slot` is this client's number among all.
+    """
 
     def __init__(
         self,
         setting: Setting,
         find: Callable[[str], Port],
+        configure: Callable[[list[str]], object],
         slot: int,
         end: socket.socket,
         gone: Callable[[Client], object],
@@ -46,6 +55,7 @@ class Client:
         self.lost = 0
         self._setting = setting
         self._find = find
+        self._configure = configure
         self._end = end
         self._gone = gone
         self._mode = "no bus"
@@ -54,11 +64,9 @@ class Client:
         self._commands: deque[str] = deque()
         self._output = bytearray()
         self._over = self._writes = self._blocked = False
-        self._sendings: dict[int, Sending] = {}
-        self._watchings: dict[int, Watching] = {}
-        self._statistics: Timer | None = None
-        self._received = [0, 0]  # frames, bytes
-        self._sent = [0, 0]
+        self._jobs = Jobs(setting.loop, self._put, self._tell)
+        self._statistics = Statistics(setting.loop, self._say)
+        self._isotp: IsoTp | None = None
         end.setblocking(False)
         setting.loop.watch(end.fileno(), READABLE, self._ready)
         self._say("< hi >")
@@ -84,7 +92,8 @@ class Client:
         self._input += chunk
         *whole, self._input = self._input.split(b">")
         self._commands += [text.decode("ascii", "replace") for text in whole]
-        if len(self._input) > _LONGEST or any(len(text) > _LONGEST for text in whole):
+        most = _LONGEST if self._mode != "isotp" else _LONGEST_PDU
+        if len(self._input) > most or any(len(text) > most for text in whole):
             self._end_with("command too long")
             return
         self._work()
@@ -94,9 +103,8 @@ class Client:
         while self._commands and not self._over and not self._blocked:
             _, begun, command = self._commands.popleft().partition("<")  # what stands before it is no command
             try:
-                if not begun:
-                    raise BadText("a command begins with <")
-                self._do(command.split())
+                if begun:
+                    self._do(command.split())
             except BadText as error:
                 self._say(f"< error {error} >")
         self._watch_again()
@@ -111,8 +119,8 @@ class Client:
         try:
             while self._output:
                 del self._output[: self._end.send(self._output)]
-        except BlockingIOError:
-            pass  # the rest when there is room: `_watch_again` sees to that
+        except BlockingIOError:  # the rest when there is room: `_watch_again` sees to that
+            pass
         except OSError:
             self.close()
             return
@@ -153,7 +161,9 @@ class Client:
             self._mode = _MODES[words[0]]
             self._say("< ok >")
         elif self._mode == "control" and words[0] == "statistics":
-            self._count_for(words)
+            self._statistics.ask(words)
+        elif self._mode == "isotp":
+            self._exchange(self._port, words)
         elif words[0] in _SENDS:
             self._send(self._port, sent_frame(words))
         elif self._mode == "bcm":
@@ -162,12 +172,21 @@ class Client:
             raise BadText("unknown command")
 
     def _open(self, words: list[str]) -> None:
-        if len(words) != 2 or words[0] != "open":
-            raise BadText("open a bus first, as in: open can0")
         try:
+            if is_configuration(words):
+                self._configure(words)
+                self._say("< ok >")
+                return
+            if len(words) != 2 or words[0] != "open":
+                raise BadText("open a bus first, as in: open can0")
             self._port = self._find(words[1])
-        except OSError:
-            self._end_with(f"could not open bus {words[1][:16]}")
+        except OSError as error:
+            opens = words[0] == "open"
+            self._end_with(
+                f"could not open bus {words[1][:16]}"
+                if opens
+                else f"configuring interface {words[0][:16]}: {error.strerror or error}"
+            )
             return
         self._port.listeners.append(self)
         self._mode = "bcm"
@@ -175,29 +194,22 @@ class Client:
         self._port.tell_if_down(self)
 
     def _leave_mode(self) -> None:
-        operations: list[Sending | Watching] = [*self._sendings.values(), *self._watchings.values()]
-        for operation in operations:
-            operation.stop()
-        self._sendings.clear()
-        self._watchings.clear()
-        if self._statistics is not None:
-            self._statistics.cancel()
-            self._statistics = None
+        self._jobs.stop()
+        self._statistics.stop()
+        if self._isotp is not None:
+            self._isotp.stop()
+            self._isotp = None
 
-    def _count_for(self, words: list[str]) -> None:
-        if len(words) != 2 or not words[1].isdecimal() or int(words[1]) > _LONGEST_INTERVAL_MS:
-            raise BadText("statistics: an interval in milliseconds")
-        if self._statistics is not None:
-            self._statistics.cancel()
-            self._statistics = None
-        interval_s = int(words[1]) / 1000
-        if interval_s:
-            self._statistics = self._setting.loop.call_in(interval_s, lambda: self._tell_counts(interval_s))
-
-    def _tell_counts(self, interval_s: float) -> None:
-        self._say(f"< stat {self._received[1]} {self._received[0]} {self._sent[1]} {self._sent[0]} >")
-        if not self._over:
-            self._statistics = self._setting.loop.call_in(interval_s, lambda: self._tell_counts(interval_s))
+    def _exchange(self, port: Port, words: list[str]) -> None:
+        """A command of the ISO-TP mode."""
+        if words[0] == "isotpconf" and self._isotp is None:
+            self._isotp = IsoTp(self._setting.loop, words, partial(self._put_surely, port), self._tell)
+        elif words[0] != "sendpdu":
+            raise BadText("unknown command")
+        elif self._isotp is None:
+            raise BadText("set the channel up first, as in: isotpconf 123 321 0 0 0")
+        else:
+            self._isotp.send(pdu_of(words))
 
     # sending
 
@@ -208,8 +220,7 @@ class Client:
         if port.lost:
             self._end_with("the bus is gone")
         elif port.room():
-            self._sent[0] += 1
-            self._sent[1] += frame[4]
+            self._statistics.send(frame[4])
             port.send(self.slot, row)
         else:
             self._blocked = True  # nothing more is read from this client until this one has gone
@@ -222,42 +233,34 @@ class Client:
             self._work()
 
     def _manage(self, port: Port, message: Message) -> None:
-        can_id = message.can_id
         if message.opcode == TX_SEND:
             self._send(port, message.frames[0])
-        elif message.opcode == TX_DELETE and can_id in self._sendings:
-            self._sendings.pop(can_id).stop()
-        elif message.opcode == RX_DELETE and can_id in self._watchings:
-            self._watchings.pop(can_id).stop()
-        elif message.opcode in (TX_DELETE, RX_DELETE):
-            raise BadText("there is no such job")
-        elif message.opcode == RX_SETUP:
-            if can_id in self._watchings:
-                self._watchings.pop(can_id).stop()
-            self._watchings[can_id] = Watching(self._setting.loop, lambda _: None, self._changed, message)
-        elif can_id in self._sendings:
-            self._sendings[can_id].change(message)
-        elif not message.flags:
-            raise BadText("there is no such job")
         else:
-            self._sendings[can_id] = Sending(
-                self._setting.loop, lambda frame: self._put(port, frame), lambda _: None, message
-            )
+            self._jobs.manage(message)
 
-    def _put(self, port: Port, frame: bytes) -> None:
+    def _put(self, frame: bytes) -> None:
         """One of a job's frames: the next one comes anyway."""
-        if port.room():
-            self._sent[0] += 1
-            self._sent[1] += frame[4]
-            port.send(self.slot, row_of(frame, port.interface.index))
+        port = self._port
+        if port is not None and port.room():
+            self._put_surely(port, frame)
         else:
             self.lost += 1
+
+    def _put_surely(self, port: Port, frame: bytes) -> None:
+        """As soon as there is room."""
+        if self._over or port.lost:
+            return
+        if port.room():
+            self._statistics.send(frame[4])
+            port.send(self.slot, row_of(frame, port.interface.index))
+        else:
+            port.when_room(partial(self._put_surely, port, frame))
 
     # hearing
 
     def take(self, batch: Batch) -> None:
         """Frames of the interface: Listener's."""
-        if self._mode == "raw" or self._watchings or self._mode == "control":
+        if self._mode == "raw" or self._jobs.watchings or self._mode == "control" or self._isotp is not None:
             for row, owner in zip(batch.rows, batch.owners, strict=True):
                 frame = row.tobytes()[HEADER_SIZE : HEADER_SIZE + int(row["length"])]
                 self._hear(frame, int(row["stamp_ns"]), int(owner) == self.slot)
@@ -265,16 +268,13 @@ class Client:
     def _hear(self, frame: bytes, stamp_ns: int, own: bool) -> None:
         can_id = int.from_bytes(frame[:4], "little")
         if not can_id & CAN_ERR_FLAG:
-            self._received[0] += 1
-            self._received[1] += frame[4]
+            self._statistics.receive(frame[4])
         if self._mode == "raw" and not own:
             self._tell(heard(frame, stamp_ns, apart=False))
-        elif self._mode == "bcm" and len(frame) == CAN_MTU and can_id in self._watchings:
-            self._watchings[can_id].take(frame, stamp_ns)
-
-    def _changed(self, message: Message, stamp_ns: int) -> None:
-        if message.opcode == RX_CHANGED:
-            self._tell(heard(message.frames[0], stamp_ns, apart=True))
+        elif self._mode == "bcm" and len(frame) == CAN_MTU and can_id in self._jobs.watchings:
+            self._jobs.watchings[can_id].take(frame, stamp_ns)
+        elif self._isotp is not None and len(frame) == CAN_MTU and not can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG):
+            self._isotp.take(can_id, frame[8 : 8 + frame[4]], stamp_ns, own)
 
     def _tell(self, text: str) -> None:
         if len(self._output) > _MOST_UNREAD:

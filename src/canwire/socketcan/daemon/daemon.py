@@ -13,9 +13,12 @@ from xml.sax.saxutils import quoteattr
 
 from canwire import BadValue, Event, HubError
 from canwire.socketcan.daemon.client import Client
+from canwire.socketcan.daemon.configuring import configure, start
+from canwire.socketcan.daemon.listening import Address, forget, listener
 from canwire.socketcan.daemon.waiting import usual
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, Loop
+from canwire.socketcan.netlink.links import Links
 from canwire.socketcan.ports import Ports, refuse
 from canwire.socketcan.setting import Setting
 from canwire.socketcan.table import Table
@@ -24,30 +27,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from canwire import Hub, WantedMode
+    from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.port import Port
 
-PORT = 29536
 _BEACON_PORT = 42000
 _BEACON_S = 2.0
 _MOST_CLIENTS = 256
 _FIRST_SLOT = 1 << 16  # numbers of clients, apart from those of the table
 
 
-def parse_address(text: str) -> tuple[str, int]:
-    """Host and port of "127.0.0.1:29536"; either may be left out. Raises BadValue."""
-    host, colon, port = text.rpartition(":")
-    if not colon:
-        host, port = (text, "") if not text.isdecimal() else ("", text)
-    if port and not (port.isdecimal() and int(port) < 1 << 16):
-        raise BadValue(f"{text}: HOST:PORT such as 127.0.0.1:{PORT}")
-    return host.strip("[]") or "127.0.0.1", int(port or PORT)
-
-
-def check_beacon(listens: str, beacon: str) -> None:
+def check_beacon(listens: Address, beacon: str) -> None:
     """Raises BadValue where it would send other machines to their own loopback."""
-    if _is_loopback(listens) and not _is_loopback(beacon):
+    if isinstance(listens, str):
+        raise BadValue(f"beacon to {beacon}: nobody else reaches {listens}; give --listen HOST:PORT")
+    if _is_loopback(listens[0]) and not _is_loopback(beacon):
         raise BadValue(
-            f"beacon to {beacon}: it would name {listens}, which is no way to this machine; give --listen with the "
+            f"beacon to {beacon}: it would name {listens[0]}, which is no way to this machine; give --listen with the "
             "address that others reach it by"
         )
 
@@ -75,7 +70,7 @@ class Daemon:
     def __init__(
         self,
         hub: Hub,
-        address: tuple[str, int],
+        address: Address,
         wanted: WantedMode,
         epoch_ns: int,
         say: Callable[[str], object],
@@ -88,13 +83,10 @@ class Daemon:
         Raises OSError, HubError, BadValue for a beacon about a port that nobody there can reach.
         """
         if beacon:
-            check_beacon(address[0], beacon)
+            check_beacon(address, beacon)
         self._directory = tempfile.TemporaryDirectory(prefix="canwire-socketcand-")
-        self._listener = socket.create_server(
-            address, family=socket.AF_INET6 if ":" in address[0] else socket.AF_INET
-        )
-        self._listener.setblocking(False)
-        self.address: tuple[str, int] = self._listener.getsockname()[:2]
+        self._listener = listener(address)
+        self.address: Address = address if isinstance(address, str) else self._listener.getsockname()[:2]
         self._loop = Loop(usual())
         self._boards = Event()
         hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
@@ -102,15 +94,17 @@ class Daemon:
         interfaces = Interfaces(hub, table, mappings or {})
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._ports = Ports(self._setting)
+        self._links = Links(self._setting, self._ports)
         self._clients: set[Client] = set()
+        self._configured: set[str] = set()  # interfaces that are down since a command has set them up
         self._slots = itertools.count(_FIRST_SLOT)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
         self._loop.watch(self._listener.fileno(), READABLE, self._accept)
         self._beacon = beacon
         self._announcer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        if beacon:
+        if beacon and not isinstance(self.address, str):
             self._announcer.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            self._announced = announced(self.address[0], beacon)
+            self._announced = f"can://{announced(self.address[0], beacon)}:{self.address[1]}"
             self._announce()
 
     def run(self, stop: Event) -> None:
@@ -128,6 +122,7 @@ class Daemon:
             client.close()
         self._ports.close()
         self._listener.close()
+        forget(self.address)
         self._announcer.close()
         self._boards.close()
         self._setting.table.close()
@@ -143,11 +138,15 @@ class Daemon:
             self._setting.say(f"a connection was refused: {error.strerror}")
             return
         if len(self._clients) >= _MOST_CLIENTS:
-            self._setting.say(f"{peer[0]}: refused, there are {_MOST_CLIENTS} clients")
+            self._setting.say(
+                f"{peer[0] if peer else 'a program'}: refused, there are {_MOST_CLIENTS} clients"
+            )
             end.close()
             return
-        end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._clients.add(Client(self._setting, self._find, next(self._slots), end, self._gone))
+        if not isinstance(self.address, str):
+            end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        slot = next(self._slots)
+        self._clients.add(Client(self._setting, self._find, self._configure, slot, end, self._gone))
 
     def _gone(self, client: Client) -> None:
         self._clients.discard(client)
@@ -155,9 +154,20 @@ class Daemon:
             self._setting.say(f"a client has left; {client.lost} frames were lost, it did not read")
 
     def _find(self, name: str) -> Port:
+        interface = self._interface(name)
+        if name in self._configured:
+            start(self._links, interface)
+            self._configured.remove(name)
+        return self._ports.port(interface.index)
+
+    def _configure(self, words: list[str]) -> None:
+        configure(self._links, self._interface(words[0]), words)
+        self._configured.add(words[0])
+
+    def _interface(self, name: str) -> Interface:
         for interface in self._setting.interfaces.by_index.values():
             if interface.name == name:
-                return self._ports.port(interface.index)
+                return interface
         raise refuse(errno.ENODEV)
 
     def _boards_changed(self, _: int) -> None:
@@ -181,7 +191,7 @@ class Daemon:
         host = socket.gethostname()
         text = (
             f'<CANBeacon name={quoteattr(host)} type="SocketCAN" description="canwire">'
-            f"<URL>can://{self._announced}:{self.address[1]}</URL>{buses}</CANBeacon>"
+            f"<URL>{self._announced}</URL>{buses}</CANBeacon>"
         )
         try:
             self._announcer.sendto(text.encode(), (self._beacon, _BEACON_PORT))

@@ -3,6 +3,8 @@
     < open can0 > < rawmode > < bcmmode > < controlmode > < echo > < statistics 1000 >
     < send 123 2 11 22 >  < sendrtr 123 2 >  < fdsend 123 1 12 00 ... >          identifier [flags] length bytes
     < add 0 20000 123 2 11 22 >  < update 123 2 11 22 >  < delete 123 >          seconds microseconds ...
+    < isotpmode > < isotpconf 123 321 0 0 0 > < sendpdu 112233 >
+    < can0 B 500000 875 -1 -1 -1 -1 -1 -1 > < can0 C 0 0 0 >                     before a bus is opened
     < filter 0 0 123 1 FF >  < muxfilter ... >  < subscribe 0 0 123 >  < unsubscribe 123 >
 
 Eight hex digits make a 29-bit identifier. Source: linux-can/socketcand, doc/protocol.md, and for fdsend and fdframe,
@@ -49,12 +51,12 @@ def sent_frame(words: Sequence[str]) -> bytes:
     """The struct can_frame or canfd_frame of a send, sendrtr or fdsend command. Raises BadText."""
     if words[0] == "fdsend":
         _count(words, 4, 4 + 64)
-        can_id, flags = _identifier(words[1]), _number(words[2], 16, 0xFF)
+        can_id, flags = identifier(words[1]), number(words[2], 16, 0xFF)
         data = _data(words[3], words[4:], 64)
         return _FD.pack(can_id, len(data), flags & (CANFD_BRS | CANFD_ESI), data)
     if words[0] == "sendrtr":
         _count(words, 3, 3)
-        return _CLASSIC.pack(_identifier(words[1]) | CAN_RTR_FLAG, _number(words[2], 10, 8), b"")
+        return _CLASSIC.pack(identifier(words[1]) | CAN_RTR_FLAG, number(words[2], 10, 8), b"")
     _count(words, 3, 3 + 8)
     return _classic(words[1], words[2], words[3:])
 
@@ -71,12 +73,12 @@ def request(words: Sequence[str]) -> Message:
         return Message(TX_SETUP, 0, 0, 0.0, 0.0, _id_of(frame), (frame,))
     if name in ("delete", "unsubscribe"):
         _count(words, 2, 2)
-        return Message(TX_DELETE if name == "delete" else RX_DELETE, 0, 0, 0.0, 0.0, _identifier(words[1]))
+        return Message(TX_DELETE if name == "delete" else RX_DELETE, 0, 0, 0.0, 0.0, identifier(words[1]))
     if name not in ("add", "filter", "subscribe", "muxfilter"):
         raise BadText(f"{name}: unknown command")
     _count(words, 4, 4 + _MOST_MUX * 8 + 1)
-    interval_s = _number(words[1], 10, _LONGEST_S) + _number(words[2], 10, _MICRO - 1) / _MICRO
-    can_id = _identifier(words[3])
+    interval_s = number(words[1], 10, _LONGEST_S) + number(words[2], 10, _MICRO - 1) / _MICRO
+    can_id = identifier(words[3])
     if name == "subscribe":
         return Message(RX_SETUP, RX_FILTER_ID | SETTIMER, 0, 0.0, interval_s, can_id)
     if name == "muxfilter":
@@ -91,8 +93,7 @@ def heard(frame: bytes, stamp_ns: int, *, apart: bool) -> str:
     """What a client is told of a struct can_frame or canfd_frame; bytes stand `apart` in the BCM mode only."""
     can_id = int.from_bytes(frame[:4], "little")
     length = frame[4]
-    seconds, micro = divmod(stamp_ns // 1000, _MICRO)
-    time = f"{seconds}.{micro:06d}"
+    time = time_of(stamp_ns)
     if can_id & CAN_ERR_FLAG:
         return f"< error {can_id & CAN_EFF_MASK:03X} {time} >"
     id = f"{can_id & CAN_EFF_MASK:08X}" if can_id & CAN_EFF_FLAG else f"{can_id & CAN_SFF_MASK:03X}"
@@ -105,47 +106,55 @@ def heard(frame: bytes, stamp_ns: int, *, apart: bool) -> str:
     return f"< fdframe {id} {frame[5]:02X} {time} {shown} >"
 
 
+def time_of(stamp_ns: int) -> str:
+    """Seconds and microseconds."""
+    seconds, micro = divmod(stamp_ns // 1000, _MICRO)
+    return f"{seconds}.{micro:06d}"
+
+
 def _classic(id: str, length: str, data: Sequence[str]) -> bytes:
     content = _data(length, data, 8)
-    return _CLASSIC.pack(_identifier(id), len(content), content)
+    return _CLASSIC.pack(identifier(id), len(content), content)
 
 
 def _masks(words: Sequence[str]) -> tuple[bytes, ...]:
     """Frames whose data are the masks of a muxfilter."""
-    count = _number(words[0] if words else "", 10, _MOST_MUX)
+    count = number(words[0] if words else "", 10, _MOST_MUX)
     if count < 2 or len(words) != 1 + 8 * count:
         raise BadText(
             f"muxfilter: {count} masks of 8 bytes need {8 * count} bytes, {len(words) - 1} are there"
         )
-    content = bytes(_number(word, 16, 0xFF) for word in words[1:])
+    content = bytes(number(word, 16, 0xFF) for word in words[1:])
     return tuple(_CLASSIC.pack(0, 8, content[at : at + 8]) for at in range(0, len(content), 8))
 
 
 def _data(length: str, words: Sequence[str], most: int) -> bytes:
-    count = _number(length, 10, most)
+    count = number(length, 10, most)
     if len(words) != count:
         raise BadText(f"length {count}: {len(words)} data bytes are there")
-    return bytes(_number(word, 16, 0xFF) for word in words)
+    return bytes(number(word, 16, 0xFF) for word in words)
 
 
-def _identifier(word: str) -> int:
+def identifier(word: str) -> int:
+    """With the flag of the 29-bit format. Raises BadText."""
     if not _HEX_ID.fullmatch(word):
         raise BadText(f"identifier {word[:12]!r}: up to eight hex digits")
-    number = int(word, 16)
+    value = int(word, 16)
     extended = len(word) == 8
-    if number > (CAN_EFF_MASK if extended else CAN_SFF_MASK):
+    if value > (CAN_EFF_MASK if extended else CAN_SFF_MASK):
         raise BadText(f"identifier {word}: 11 bits, or eight digits for 29 bits")
-    return number | (CAN_EFF_FLAG if extended else 0)
+    return value | (CAN_EFF_FLAG if extended else 0)
 
 
-def _number(word: str, base: int, most: int) -> int:
+def number(word: str, base: int, most: int) -> int:
+    """0 to `most`. Raises BadText."""
     try:
-        number = int(word, base)
+        value = int(word, base)
     except ValueError:
         raise BadText(f"{word[:12]!r}: no number") from None
-    if not 0 <= number <= most:
+    if not 0 <= value <= most:
         raise BadText(f"{word[:12]}: 0 to {most}")
-    return number
+    return value
 
 
 def _id_of(frame: bytes) -> int:

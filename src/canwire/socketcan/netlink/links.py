@@ -27,6 +27,8 @@ from canwire.socketcan.ports import Ports
 from canwire.socketcan.table import OFF, UP
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from canwire import Hub, LineMode, LineStatus, WantedMode
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.setting import Setting
@@ -72,6 +74,15 @@ class Refused(Exception):
         super().__init__(error, why)
         self.error = error
         self.why = why
+
+
+def link_request(
+    interface: Interface, *, up: bool | None = None, data: Sequence[tuple[int, bytes]] = ()
+) -> bytes:
+    """The body of an RTM_SETLINK that takes it up or down (None: neither), with these IFLA_CAN_ attributes."""
+    head = INFO.pack(0, TYPE_CAN, interface.index, _FLAG_UP if up else 0, 0 if up is None else _FLAG_UP)
+    content = b"".join(attribute(kind, value) for kind, value in data)
+    return head + (attribute(_LINK_INFO, attribute(_INFO_DATA, content)) if content else b"")
 
 
 class Links:
