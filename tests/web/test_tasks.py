@@ -177,7 +177,7 @@ def filter_by_signal(user: User) -> None:
     counts(user.rows("A0 0F"), 0)  # 1000 rpm
 
 
-@task("trace", "show nothing but what this row is", 3)
+@task("trace", "show only rows like this one", 3)
 def only_this(user: User) -> None:
     user.click("Pause")
     user.click(user.rows("DE AD").first, button="right")
@@ -185,7 +185,7 @@ def only_this(user: User) -> None:
     user.page.locator('#grid[data-filter="id:200"]').wait_for()
 
 
-@task("trace", "hold the list, and go back to its beginning", 1)
+@task("trace", "pause the list, and go back to its beginning", 1)
 def pause(user: User) -> None:
     user.click("Pause")
     user.page.locator("#body").focus()
