@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import api_pages
 
 project = "canwire"
 author = "canwire's authors"
@@ -17,10 +21,34 @@ nb_execution_mode = "off"  # tests/docs/test_notebook.py runs the cells; the pag
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "canwire"
+html_static_path = ["_static"]
+html_css_files = ["canwire.css"]
 exclude_patterns = ["**/__pycache__", "reference/findings"]
 suppress_warnings = ["myst.xref_missing"]  # pages also link to the source's files, which are no pages
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+
+NOT_SEARCHED = re.compile(r"conformance|iso-16845|architecture|roadmap|tests|reference/.*|.*-map")
+"""For contributors: long lists of facts that would come before the guides in what a search finds."""
+
+
+def leave_out_of_search(app: Any, doctree: object) -> None:
+    if NOT_SEARCHED.fullmatch(app.env.docname):
+        app.env.metadata[app.env.docname]["nosearch"] = "true"
+
+
+_MAP = (Path(__file__).parent / "architecture.md").read_text(encoding="utf-8")
+SEAMS = frozenset(re.findall(r"`(\w+\.\w+)`", _MAP.partition("\n## Seams\n")[2].partition("\n## ")[0]))
+"""Methods that are there for canwire's own files: architecture.md lists them, the library's pages leave them out."""
+
+
+def leave_out(
+    _app: object, _what: str, _name: str, found: object, skip: bool, _options: object
+) -> bool | None:
+    """Seams, and descriptors that answer other libraries' names."""
+    return (
+        True if type(found).__name__ == "WrongName" or getattr(found, "__qualname__", "") in SEAMS else None
+    )
 
 
 def plain_docstring(
@@ -33,4 +61,7 @@ def plain_docstring(
 
 
 def setup(app: Any) -> None:
+    api_pages.write()
+    app.connect("doctree-read", leave_out_of_search)
+    app.connect("autodoc-skip-member", leave_out)
     app.connect("autodoc-process-docstring", plain_docstring)

@@ -34,6 +34,7 @@ RUN_BY = {
     "web.md": "test_web.py",
     "ecu-tests.md": "test_tutorials.py",
     "lab.md": "test_tutorials.py",
+    "shared-boards.md": "test_tutorials.py",
 }
 FOLDERS = {"how-to": "test_how_to.py"}
 NOT_RUN = {  # blocks that nothing here can run, by the words in front of them
@@ -41,7 +42,8 @@ NOT_RUN = {  # blocks that nothing here can run, by the words in front of them
 }
 INDENTED = {  # commands that stand in no block
     r"canwire campaign late\.py .* --flip can0:108:41": "what --shrink printed",
-    r"pip install .*|python3 -m venv .*": "installs: CI's own steps do that with a wheel and an sdist",
+    r"pip (un)?install .*|python3 -m venv .*": "installs: CI's own steps do that with a wheel and an sdist",
+    r"canwire demo": "tests/commands/test_demo.py",
     r"canwire share /dev/ttyUSB0 .*": "an adapter: tests/drivers/slcan_dongle plays some",
     r"canwire slcan .*": "test_slcan.py has their words parsed, tests/commands/test_slcan.py starts them",
     r"canwire campaign .* --cluster dask:.*": "a cluster: tests/campaigns/test_cluster.py has one",

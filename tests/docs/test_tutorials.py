@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from tests.docs.blocks import run_console, run_python
+
 TUTORIALS = Path(__file__).resolve().parents[2] / "docs" / "tutorials"
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"^<!-- file: (\S+) -->\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -45,3 +47,10 @@ def test_tests_for_an_ecu(tmp_path: Path) -> None:
     assert passed is not None
     said = next(number for word, number in NUMBERS.items() if f"The {word} tests" in text)
     assert int(passed[1]) == said
+
+
+def test_programs_on_shared_boards(tmp_path: Path) -> None:
+    page = TUTORIALS / "shared-boards.md"
+    assert run_python(page) == 4
+    printed = run_console(page, tmp_path)
+    assert "HW000001:1" in printed
