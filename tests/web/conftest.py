@@ -36,10 +36,7 @@ FLAGS = [
     "--disable-sync",
     "--renderer-process-limit=1",  # these two spare a fifth of what a page costs
     "--in-process-gpu",
-    "--disable-threaded-compositing",  # and these a quarter
-    "--num-raster-threads=1",
-    "--disable-partial-raster",
-    "--js-flags=--no-opt --single-threaded",
+    "--js-flags=--no-opt --single-threaded",  # pages that live for a second are not worth optimizing
 ]
 
 
