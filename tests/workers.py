@@ -19,7 +19,7 @@ import pytest
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """`worksteal`, where the command line says nothing else."""
+    """`worksteal` in place of `load`, which `-n` alone means."""
     if config.getvalue("dist") != "load":
         return None
     from xdist.scheduler import WorkStealingScheduling

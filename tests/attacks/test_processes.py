@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -119,10 +119,11 @@ def started(command: list[str], said: str) -> subprocess.Popen[str]:
 @pytest.mark.parametrize("verb", LONG)
 def test_signals_end_what_goes_on_for_ever(shared: Served, tmp_path: Path, verb: str, number: str) -> None:
     line, said = LONG[verb]
-    process = started(words(line, shared.address, tmp_path), said)
-    if not said:
-        with canwire.connect(shared.address) as hub:  # it is at work once the hub knows it
-            until_known(hub, process.pid)
+    with canwire.connect(shared.address) as hub:
+        until(lambda: not listens(hub))  # the test before this one has left
+        process = started(words(line, shared.address, tmp_path), said)
+        if not said:
+            until(lambda: listens(hub))  # it is at work
     process.send_signal(getattr(signal, number))
     _, errors = process.communicate(timeout=LONG_S)
     assert process.returncode in (0, 128 + getattr(signal, number)), errors
@@ -131,18 +132,24 @@ def test_signals_end_what_goes_on_for_ever(shared: Served, tmp_path: Path, verb:
     assert left == []  # neither socket nor link; a lock is the kernel's, and its file says nothing
 
 
-def until_known(hub: canwire.Hub, pid: int) -> None:
-    """This process has something open."""
+def listens(hub: canwire.Hub) -> bool:
+    """Some process has a channel or a monitor open."""
+    return any(
+        hub.line_status(board.id, number).channels
+        if line.lin is None
+        else hub.lin_status(board.id, number).status.monitors
+        for board in hub.boards()
+        for number, line in enumerate(board.lines)
+    )
+
+
+def until(condition: Callable[[], bool]) -> None:
     event = canwire.Event()
     for _ in range(LONG_S * 50):
-        for board in hub.boards():
-            for number, line in enumerate(board.lines):
-                status = hub.line_status(board.id, number) if line.lin is None else None
-                lin = hub.lin_status(board.id, number) if line.lin is not None else None
-                if (status and status.channels) or (lin and lin.status.monitors):
-                    return
+        if condition():
+            return
         event.wait(0.02)
-    raise AssertionError(f"{pid} never opened anything")
+    raise AssertionError("it never came")
 
 
 @pytest.mark.finding("faults 10")

@@ -15,6 +15,7 @@ from canwire import HubError, HubLost, run_campaign
 from canwire.campaigns.loading import script_of
 from canwire.campaigns.playing import CampaignRun, Order, play
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
+from tests.hubs import LONG_S
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
@@ -35,6 +36,10 @@ def cluster() -> Iterator[str]:
             scheduler_kwargs={"allowed_failures": 0},
         ) as cluster:
             yield cluster.scheduler_address.replace("tcp://", "dask://")
+            with distributed.Client(
+                cluster
+            ) as client:  # else a start is still under way as the variables are put back
+                client.wait_for_workers(2, timeout=LONG_S)
 
 
 @pytest.mark.conforms("N-38")

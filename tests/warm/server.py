@@ -79,8 +79,8 @@ class Ended:
 def end(loaded: set[str]) -> None:
     """The last thing before the interpreter takes itself apart.
 
-    That would write into most of the pages that all forks share, 20 ms each time. Other threads may meet it, and
-    what it says is to be seen; a program that has no other thread and an exit status shows nothing by it.
+    That would write into most of the pages that all forks share, 20 ms each time. Other threads may meet it, and what
+    it says is to be seen; a program that has no other thread and an exit status shows nothing by it.
     """
     with suppress(OSError, ValueError):  # of a stream without a reader, which the interpreter itself reports
         if Ended.status is not None and _alone():

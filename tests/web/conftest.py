@@ -36,6 +36,7 @@ FLAGS = [
     "--disable-sync",
     "--renderer-process-limit=1",  # these two spare a fifth of what a page costs
     "--in-process-gpu",
+    "--js-flags=--no-opt --single-threaded",  # pages that live for a second are not worth optimizing
 ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import time
 from argparse import Namespace
@@ -344,6 +345,23 @@ def test_silent_lines_are_counted(silent: int, expected: str, capsys: pytest.Cap
     lines = Lines(Printer(SCREEN, Capture()), silent)
     assert lines.put("can0", [record_of(Frame(1))] * 3, 2) == 2
     assert capsys.readouterr().out == expected
+    assert lines.shown == {"can0": 2}
+
+
+def test_lines_are_counted_though_a_signal_comes_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdout", Interrupted())
+    lines = Lines(Printer(SCREEN, Capture()))
+    with pytest.raises(KeyboardInterrupt):
+        lines.put("can0", [record_of(Frame(1))] * 3, None)
+    assert lines.shown == {"can0": 3}
+
+
+class Interrupted(io.StringIO):
+    """As Ctrl-C behind a call."""
+
+    def write(self, text: str) -> int:
+        super().write(text)
+        raise KeyboardInterrupt
 
 
 @pytest.mark.parametrize("room", ["79", "100000000000"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
@@ -13,7 +14,9 @@ _SIGNS = "|/-\\"
 
 
 class Output(Protocol):
-    """What takes records of lines."""
+    """What takes records of lines; `shown` counts those of each that have gone out, a signal meanwhile or not."""
+
+    shown: defaultdict[str, int]
 
     def put(self, name: str, records: Sequence[Record], most: int | None) -> int:
         """As many of a line's records as may be shown, `most` at most (None: all); how many these were."""
@@ -29,18 +32,24 @@ class Lines:
     """Text on stdout; `silent` as candump's -s has it: 0 lines, 1 a sign that turns with each, 2 nothing."""
 
     def __init__(self, printer: Printer, silent: int = 0) -> None:
+        self.shown: defaultdict[str, int] = defaultdict(int)
         self._printer = printer
         self._silent = silent
         self._turned = 0
 
     def put(self, name: str, records: Sequence[Record], most: int | None) -> int:
         lines = self._printer.lines(name, records)[:most]
-        if lines and self._silent == 0:
-            sys.stdout.write("\n".join(lines) + "\n")
-        elif lines and self._silent == 1:
-            self._turned += len(lines)
-            sys.stdout.write(f"{_SIGNS[self._turned % len(_SIGNS)]}\b")
-        return len(lines)
+        count = len(lines)
+        if not count:
+            return 0
+        if self._silent:
+            self._turned += count
+            text = f"{_SIGNS[self._turned % len(_SIGNS)]}\b" if self._silent == 1 else ""
+        else:
+            text = "\n".join(lines) + "\n"
+        self.shown[name] += count  # first: Python lets a signal raise behind a call, here that of `write`
+        sys.stdout.write(text)
+        return count
 
     def flush(self) -> None:
         sys.stdout.flush()

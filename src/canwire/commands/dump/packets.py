@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 
 from canwire import (
@@ -27,6 +28,7 @@ class Packets:
     """pcapng in a file, or on stdout for a Wireshark that reads from a pipe; times are of the wall clock."""
 
     def __init__(self, path: str, capture: Capture, names: Sequence[str], epoch_ns: int) -> None:
+        self.shown: defaultdict[str, int] = defaultdict(int)
         self._capture = capture
         self._names = list(names)
         self._epoch_ns = epoch_ns
@@ -50,8 +52,10 @@ class Packets:
         found["channel"] = self._names.index(name)
         found["kind"] = numpy.where(raw["info"] & TYPE_MASK, int(LogKind.CAN_EVENT), int(LogKind.CAN_FRAME))
         found["direction"] = 1 + (raw["info"] & SELF_RECEPTION != 0)
-        self._writer.write_batch(LogBatch(found, self._names))
         self._latest_ns = int(found["time_ns"][-1])
+        batch = LogBatch(found, self._names)
+        self.shown[name] += len(kept)
+        self._writer.write_batch(batch)
         return len(kept)
 
     def flush(self) -> None:

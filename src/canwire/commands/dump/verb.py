@@ -191,7 +191,6 @@ class Dump:
         self._left: int | None = arguments.count
         self._timeout_s: float | None = arguments.timeout
         self._end_s = None if arguments.seconds is None else self._now_s() + arguments.seconds
-        self._shown: dict[str, int] = {}
         self._output = _output(arguments, hub, listening.sources, capture, databases)
 
     def run(self) -> None:
@@ -202,8 +201,6 @@ class Dump:
             )
             for source, records in found:
                 count = self._output.put(source.name, records, self._left)
-                if count:
-                    self._shown[source.name] = self._shown.get(source.name, 0) + count
                 if self._left is not None:
                     self._left -= count
             self._output.flush()
@@ -216,7 +213,7 @@ class Dump:
 
     def summary(self) -> list[str]:
         """The numbers; without the lost ones where the hub cannot be asked any more."""
-        return summary_of(self._listening, self._shown)
+        return summary_of(self._listening, self._output.shown)
 
     def _lost(self) -> dict[str, int]:
         """By line; nothing where the hub cannot be asked any more."""

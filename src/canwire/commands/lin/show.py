@@ -45,9 +45,10 @@ class Shown:
             own, knows = message.transmitting, message.kind is LinEventKind.ERROR
         direction = ("T" if own else "R") if knows else None
         line = LinLogLine(self._epoch_ns + message.timestamp_ns, self._name, message, direction)
-        sys.stdout.write(f"{format_lin_log_line(line)}{self._signals(message)}\n")
+        text = f"{format_lin_log_line(line)}{self._signals(message)}\n"
+        self.lines += 1  # first: Python lets a signal raise behind a call, here that of `write`
+        sys.stdout.write(text)
         sys.stdout.flush()
-        self.lines += 1
 
     def summary(self) -> str:
         """The numbers; without the lost ones where the hub cannot be asked any more."""
