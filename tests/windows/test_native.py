@@ -109,7 +109,7 @@ def test_a_killed_program_leaves_nothing(libraries: Libraries, tmp_path: Path) -
 
 @pytest.mark.conforms("N-44")
 def test_everybody_is_on_one_bus(libraries: Libraries, windows: Windows, tmp_path: Path) -> None:
-    """VCI in C++ and python-can's `ixxat` on Windows; candump, `canwire dump` and `canwire send` on Linux."""
+    """VCI in C++, python-can's `ixxat` and `canwire dump` on Windows; candump, `canwire dump` and `send` on Linux."""
     find_program("candump")
     program = libraries.build(PROGRAMS / "bus.cpp", "vciapi", "-Wall", "-Werror")
     with serving_linux(tmp_path, "portable") as (place, _), ExitStack() as running:
