@@ -21,7 +21,6 @@ from canwire.socketcan.wire import (
     TYPE_MASK,
     Batch,
     frames_received,
-    keep_remote_data,
     numpy_module,
     records_to_send,
 )
@@ -207,8 +206,7 @@ class Port:
             self.drop(len(rows))
             self._lose(error)
             return
-        keep_remote_data(records, rows)
-        self._echoes.sent(slot, records)
+        self._echoes.sent(slot, records, rows)
         for tap in self.taps:
             tap.going(self.interface, rows)
 
