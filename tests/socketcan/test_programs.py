@@ -75,6 +75,23 @@ def test_status_and_signals_are_the_program_s(bench: Bench) -> None:
     assert process.returncode == -signal.SIGUSR1
 
 
+ENDS_SERVER = """
+import os, select, signal, socket, struct
+with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as asks:
+    asks.connect(os.environ["CANWIRE_SOCKETCAN"] + "/control")
+    server, = struct.unpack_from("i", asks.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+end = os.pidfd_open(server)
+os.kill(server, signal.SIGTERM)
+select.select([end], [], [])
+"""
+
+
+def test_a_server_that_is_terminated_ends_without_a_word(bench: Bench) -> None:
+    """It printed a traceback, as if something were wrong with it."""
+    process = bench.start(sys.executable, "-c", ENDS_SERVER)
+    assert process.communicate(timeout=LONG_S) == ("", "")
+
+
 def test_what_a_program_leaves_behind_has_its_interfaces(bench: Bench) -> None:
     need("candump")
     script = "(sleep 0.5; exec candump -n 1 -T 20000 can0) > later.txt &"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.wire import IDENTITY, REMOTE, SELF_RECEPTION, numpy_module
+from canwire.socketcan.wire import IDENTITY, REMOTE, SELF_RECEPTION, keep_remote_data, numpy_module
 
 if TYPE_CHECKING:
     import numpy
@@ -27,8 +27,10 @@ class Echoes:
     def outstanding(self) -> int:
         return self._count
 
-    def sent(self, slot: int, records: Array) -> None:
-        """Of a remote frame the data are those that the program wrote, which are not on the bus."""
+    def sent(self, slot: int, records: Array, frames: Array | None = None) -> None:
+        """`frames` (`sent_dtype`) are what the program wrote: into remote frames, too, whose data no bus carries."""
+        if frames is not None:
+            keep_remote_data(records, frames)
         self._sent.append((slot, records))
         self._count += len(records)
         while self._count > _MOST:

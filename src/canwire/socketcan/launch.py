@@ -148,6 +148,8 @@ def _serve(directory: str, serving: Serving, program: tuple[int, int], writing: 
             print(f"canwire: {error}", file=sys.stderr)
         else:
             telling.write(str(error).encode())
+    except KeyboardInterrupt:  # SIGTERM, as everything has at the end of a session
+        status = 1
     except BaseException:
         status = 1
         sys.excepthook(*sys.exc_info())

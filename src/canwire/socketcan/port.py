@@ -21,7 +21,6 @@ from canwire.socketcan.wire import (
     TYPE_MASK,
     Batch,
     frames_received,
-    keep_remote_data,
     numpy_module,
     records_to_send,
 )
@@ -206,7 +205,7 @@ class Port:
             self.drop(len(rows))
             self._lose(error)
             return
-        self._echoes.sent(slot, keep_remote_data(records, rows))
+        self._echoes.sent(slot, records, rows)
         for tap in self.taps:
             tap.going(self.interface, rows)
 

@@ -41,8 +41,8 @@ def trouble_with(path: str) -> str:
             start = file.read(_LOOKED_AT)
             mode = os.fstat(file.fileno()).st_mode
             sections = _sections(file, start)
-    except OSError:
-        return ""  # exec says what is wrong
+    except (OSError, ValueError):
+        return ""  # exec says what is wrong; ValueError: a name that no file can have
     if start[:2] == b"#!":
         words = start[2:].split(b"\n", 1)[0].split()
         return trouble_with(os.fsdecode(words[0])) if words else ""

@@ -93,7 +93,9 @@ class Server:
         )
         self._setting.came_up = self._look_again
         self._alive: set[int] = set()
-        self._control = Control(self._loop, os.path.join(directory, "control"), self._answer)
+        self._control = Control(
+            self._loop, os.path.join(directory, "control"), self._answer, self._setting.fault
+        )
         self._netlink: NetlinkDoor | None = None
         links = Links(self._setting, self._ports)
         proc = ProcFiles(os.path.join(directory, "proc"), links, self._ports, self._sockets)
@@ -235,6 +237,8 @@ class Server:
             asked.answer(self._note(request))
             return
         if request.operation == Operation.PLACE_FILES:
+            if not 0 <= request.a < len(self._files):
+                raise refuse(errno.EINVAL)
             self._files[request.a].refresh(os.fsdecode(request.data))
             asked.answer(0)
             return
@@ -261,11 +265,10 @@ class Server:
             os.close(descriptor)
             asked.answer(0)
             return
+        listener = Listener(descriptor)
         if self._turns is not None:
-            self._say_once(
-                f"{request.program} becomes a program that preloads nothing: it has CAN, and its own time"
-            )
-        Supervisor(self._setting, self._sockets, Listener(descriptor), self._netlink)
+            self._say_once(f"{request.program} preloads nothing: it has CAN, and its own time")
+        Supervisor(self._setting, self._sockets, listener, self._netlink)
         asked.answer(0)
 
     def _note(self, request: Request) -> int:

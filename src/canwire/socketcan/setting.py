@@ -37,9 +37,17 @@ class Setting:
         self.fast = hub.time == "fast"
         self.timed = hub.timed
         self.say = say
+        self._faults: set[str] = set()
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
         self.came_up: Callable[[], object] = lambda: None  # an interface that was down
         self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
+
+    def fault(self, where: str, error: Exception) -> None:
+        """Something here is wrong, and showed itself in what this program asked for: people hear of it once."""
+        what = f"{where}: {type(error).__name__}: {error}; this is canwire's own fault, please report it"
+        if what not in self._faults:
+            self._faults.add(what)
+            self.say(what)
 
     def gathering(self) -> Gathering | None:
         """Of one who looks for frames; None where programs keep one time: nobody waits for more by the clock."""

@@ -8,6 +8,7 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from canwire import CanwireError
 from canwire.socketcan.loop import READABLE, URGENT
 
 if TYPE_CHECKING:
@@ -90,11 +91,17 @@ Answering = Callable[[Request, Asked], object]
 
 
 class Control:
-    """Listens at `path`; `answering` gets each request, and raises OSError for one that fails."""
+    """Listens at `path`; `answering` gets each request, and raises OSError or CanwireError for one that fails.
 
-    def __init__(self, loop: Loop, path: str, answering: Answering) -> None:
+    Anything else that it raises is told to `fault`, with the name of who asked; that request fails, and no other.
+    """
+
+    def __init__(
+        self, loop: Loop, path: str, answering: Answering, fault: Callable[[str, Exception], object]
+    ) -> None:
         self._loop = loop
         self._answering = answering
+        self._fault = fault
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK)
         self._listener.bind(path)
         self._listener.listen(_BACKLOG)
@@ -128,8 +135,11 @@ class Control:
         request = Request(operation, slot, a, b, data, _name_of(process), process, thread)
         try:
             self._answering(request, asked)
-        except OSError as error:
-            asked.answer(-(error.errno or errno.EIO))
+        except Exception as error:
+            if not isinstance(error, OSError | CanwireError):
+                self._fault(f"{request.program}, request {operation}", error)
+            if not asked.answered:
+                asked.answer(-(getattr(error, "errno", None) or errno.EIO))
 
 
 def _process_of(connection: socket.socket) -> int:

@@ -43,9 +43,12 @@ class Call(NamedTuple):
 
 
 class Listener:
-    """seccomp's descriptor, which it owns."""
+    """seccomp's descriptor, which it owns. Raises OSError (EINVAL) for any other one, which it closes."""
 
     def __init__(self, descriptor: int) -> None:
+        if os.readlink(f"/proc/self/fd/{descriptor}") != "anon_inode:seccomp notify":
+            os.close(descriptor)
+            raise refuse(errno.EINVAL)
         self.descriptor = descriptor
 
     def receive(self) -> Call | None:

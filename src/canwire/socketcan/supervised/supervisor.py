@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from canwire.socketcan.constants import AF_CAN, CAN_ISOTP, CAN_RAW
 from canwire.socketcan.loop import READABLE
+from canwire.socketcan.ports import refuse
 from canwire.socketcan.sockets.j1939.socket import J1939Socket
 from canwire.socketcan.supervised.links import LinkSockets
 from canwire.socketcan.supervised.many import ReceivingMany, send_many
@@ -69,6 +70,9 @@ class Supervisor:
             self._answer(call, Program(call.thread))
         except OSError as error:
             self._listener.answer(call, -(error.errno or errno.EIO))
+        except Exception as error:
+            self._setting.fault(f"process {call.thread}, {call.name}", error)
+            self._listener.answer(call, -errno.EIO)
 
     def _answer(self, call: Call, program: Program) -> None:
         if call.name == "socket":
@@ -98,7 +102,9 @@ class Supervisor:
         if family & 0xFFFFFFFF == AF_NETLINK:
             self._open_link(call, type, protocol)
             return
-        with self._sockets.make(type & 0xF, protocol & 0xFFFFFFFF, program.name) as end:
+        if protocol & 0xFFFF_0000:  # which would be AF_PACKET's: sockets/open_sockets.py
+            raise refuse(errno.EINVAL)
+        with self._sockets.make(type & 0xF, protocol & 0xFFFF, program.name) as end:
             if type & _NONBLOCK:
                 end.setblocking(False)
             self._listener.put_descriptor(call, end.fileno(), close_on_exec=bool(type & _CLOEXEC))

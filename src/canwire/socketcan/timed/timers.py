@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from canwire.socketcan.loop import Timer
 
 MOST = 1024  # of one program: as many as it has descriptors for
+_LAST_SIGNAL = 64
 
 
 class TimerSignal(NamedTuple):
@@ -56,10 +57,12 @@ class TimerDescriptors:
         self._last = 0
 
     def open(self, process: int, nonblocking: bool, signal: TimerSignal = NO_SIGNAL) -> tuple[int, int]:
-        """Number and descriptor of a new one, not armed; raises OSError where there are too many.
+        """Number and descriptor of a new one, not armed; raises OSError where there are too many, or no such signal.
 
         One with a `signal` sends that to the program and counts nothing (timer_create).
         """
+        if not 0 <= signal.number <= _LAST_SIGNAL or signal.thread < 0:
+            raise OSError(errno.EINVAL, "no signal, or no thread")
         own = [number for number, one in self._made.items() if one.process == process]
         if len(own) >= MOST:  # the oldest ones were closed: nobody has so many descriptors
             self._close(own[0])
