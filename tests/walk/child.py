@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from tests.walk.attempts import Attempt
 
 _HANG_S = 10  # of processor time ...
-_SLEEP_S = 30  # ... or of the clock, for one attempt
+_SLEEP_S = 60  # ... or of the clock, for one attempt
 _HEAD = struct.Struct(
     "=QQQQ"
 )  # attempt's number, how far it is, length of its name, of the wrong answers' text
