@@ -100,6 +100,7 @@ def same(error: BaseException, again: BaseException) -> bool:
     )
 
 
+@pytest.mark.finding("faults-2 3")
 def test_every_exception_travels_with_its_fields_and_its_text() -> None:
     kinds = exceptions()
     assert len(kinds) > 60

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import tempfile
 import zlib
 from collections.abc import Callable
@@ -135,6 +136,7 @@ def _dictionaries() -> dict[str, Parser]:
     """EDS files of CANopen, where its library is there."""
     if find_spec("canopen") is None:
         return {}
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)  # what it finds odd in a file that is odd
     seed = Path(canwire.ecus.CanopenEcu.EDS).read_bytes()
     return {
         "dictionary .eds": Parser(by_file(".eds", canwire.ecus.load_eds), (BadDescription,), (seed, _EDS))

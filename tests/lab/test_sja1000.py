@@ -25,6 +25,7 @@ def test_frames_go_both_ways() -> None:
         assert (chip.tec, chip.rec, chip.state) == (0, 0, ErrorState.ERROR_ACTIVE)
 
 
+@pytest.mark.finding("faults-2 7")
 @pytest.mark.parametrize("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
 @pytest.mark.parametrize("controller", ["fd", "sja1000"])
 def test_an_oscillator_that_no_chip_has_is_refused(controller: str, ppm: float) -> None:

@@ -107,6 +107,7 @@ def test_a_converted_log_takes_the_place_of_what_was_there(target: Path, short: 
         assert sum(1 for entry in log if entry.frame) == 100
 
 
+@pytest.mark.finding("faults-2 8")
 def test_a_mistake_in_the_arguments_leaves_what_was_there(target: Path, short: Path) -> None:
     wrong: Any = 7
     for options in ({"format": "nonsense"}, {"format": "busmaster"}):

@@ -88,7 +88,7 @@ def test_boards_that_come_and_go_without_end(tmp_path: Path) -> None:
         table.close()
 
 
-@pytest.mark.finding("socketcan 9")
+@pytest.mark.finding("socketcan 9", "faults-2 6")
 def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
     for number in range(40):
         bench.hub.plug("usb-to-can-fd", f"HW0005{number:02}", buses=("can0", "can0"))

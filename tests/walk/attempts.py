@@ -41,11 +41,11 @@ class Subjects:
         """Each name with nothing, None, a number, a thing never initialised, and what calls back."""
         for name, function in functions_of(self.module):
             yield from self._called(
-                f"{self.module.__name__}.{name}", function, CallsBack(gc.collect), full=True
+                f"{self.module.__name__}.{name}", function, CallsBack(partial(gc.collect, 0)), full=True
             )
         for kind in classes_of(self.module):
             name = f"{self.module.__name__}.{kind.__name__}"
-            yield from self._called(name, kind, CallsBack(gc.collect), full=True)
+            yield from self._called(name, kind, CallsBack(partial(gc.collect, 0)), full=True)
             for state, make in self._states(kind):
                 for attribute in attributes(kind):
                     yield from self._used(f"{name}.{attribute} {state}", make, attribute)
@@ -59,7 +59,9 @@ class Subjects:
         while places or functions:
             if functions and (not places or self.random.random() < 0.1):
                 name, function = self.random.choice(functions)
-                yield self._random_call(f"{self.module.__name__}.{name}", function, CallsBack(gc.collect))
+                yield self._random_call(
+                    f"{self.module.__name__}.{name}", function, CallsBack(partial(gc.collect, 0))
+                )
                 continue
             kind, state, make = self.random.choice(places)
             attribute = self.random.choice(attributes(kind))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import gc
 import itertools
 import mmap
@@ -17,7 +18,7 @@ from collections.abc import Callable, Iterator
 from tests.walk.attempts import Attempt
 
 _HANG_S = 10  # of processor time ...
-_SLEEP_S = 30  # ... or of the clock, for one attempt
+_SLEEP_S = 60  # ... or of the clock, for one attempt
 _HEAD = struct.Struct(
     "=QQQQ"
 )  # attempt's number, how far it is, length of its name, of the wrong answers' text
@@ -133,6 +134,7 @@ def _limit(processor_s: int, clock_s: int) -> None:
 
 def _alone(folder: str) -> None:
     """Nothing that is tried here comes out of this process."""
+    faulthandler.disable()  # pytest has it write where tests' output goes
     os.chdir(folder)
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):

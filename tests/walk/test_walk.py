@@ -76,4 +76,4 @@ def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
     assert done.wrong[0:2] == ["crash: SIGSEGV", "null: SystemError: returned NULL"]
     assert len(done.wrong) == 5
     assert done.wrong[-1] == "end: ends the process with status 3"
-    assert done.wrong[2:4] == ["hang: takes over 10 s of processor time", "wait: waits over 30 s"]
+    assert done.wrong[2:4] == ["hang: takes over 10 s of processor time", "wait: waits over 60 s"]

@@ -159,12 +159,11 @@ def records_to_send(frames: Array) -> Array:
     return found
 
 
-def keep_remote_data(records: Array, frames: Array) -> Array:
-    """These records with the data that programs wrote into remote frames, which no bus carries."""
+def keep_remote_data(records: Array, frames: Array) -> None:
+    """Put the data that programs wrote into remote frames, which no bus carries, into these records."""
     remote = records["info"] & REMOTE != 0
     if remote.any():
         records["data"][remote, :8] = frames["data"][remote, :8]
-    return records
 
 
 def row_of(frame: bytes, index: int) -> Array:

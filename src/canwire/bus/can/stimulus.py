@@ -31,7 +31,7 @@ class Stimulus:
 
     def advance(self, at_ps: int) -> None:
         """Everything up to this time happens."""
-        while self.next_ps <= at_ps:
+        while self.next_ps <= at_ps and 0 <= self.position < len(self.levels):
             self.level = self.levels[self.position]
             self.position += 1
             more = self.position < len(self.times_ps)

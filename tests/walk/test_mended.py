@@ -1,0 +1,48 @@
+"""What the walk found, each by itself: numbers out of range, and objects that were never initialised."""
+
+from __future__ import annotations
+
+import pytest
+
+import canwire
+from canwire.bus.can.echo import Echo
+from canwire.bus.can.station import Station
+from canwire.bus.can.stepped import losing_bit
+from canwire.bus.can.stimulus import Stimulus
+from canwire.chips.confinement import Confinement
+from canwire.hub.protocol.turn_page import TurnPage
+
+pytestmark = [pytest.mark.core, pytest.mark.finding("faults-2 11")]
+compiled_only = pytest.mark.skipif(canwire.core_mode() == "uncompiled", reason="an AttributeError there")
+
+
+@pytest.mark.parametrize("rule", [-1, 9, 1000])
+def test_a_rule_that_there_is_not_is_refused(rule: int) -> None:
+    counters = Confinement()
+    with pytest.raises(ValueError, match=f"rule {rule}: there are 0 to 8"):
+        counters.apply(rule)
+    assert (counters.tec, counters.rec) == (0, 0)
+
+
+def test_equal_fields_lose_at_their_last_bit() -> None:
+    assert losing_bit(5, 5) == 31
+
+
+def test_a_stimulus_is_over_at_the_end_of_time() -> None:
+    stimulus = Stimulus([100, 200], [0, 1], None)
+    for at_ps in (2**63 - 1, 2**63 - 1):
+        stimulus.advance(at_ps)
+        assert (stimulus.level, stimulus.over()) == (1, True)
+    stimulus.position, stimulus.next_ps = -5, 0
+    stimulus.advance(10)
+    assert stimulus.level == 1
+
+
+@compiled_only
+def test_what_was_never_initialised_answers_or_raises() -> None:
+    page, echo = TurnPage.__new__(TurnPage), Echo.__new__(Echo)
+    assert (page.asked(), page.now_ns(), page.give(7)) == (False, 0, None)
+    echo.drive(1, 0)
+    assert echo.changes == 0
+    with pytest.raises(AttributeError, match="NoneType"):
+        Station.__new__(Station).begin()
