@@ -51,6 +51,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.boards.can.message_filter": 1,
     "canwire.boards.can.channel": 3,
     "canwire.boards.can.line": 3,
+    "canwire.boards.can.sending": 2,
     "canwire.hub.owner.pace": 1,
     "canwire.hub.owner.loop": 1,
     "canwire.hub.owner.lockstep.turns": 1,

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -53,11 +50,19 @@ def test_compiled_files_are_shared_only_between_the_same_sources(compare: Module
     assert old != compare.compiled_sources(tree(tmp_path / "declared", ring_pxd="cdef class Ring: pass"))
 
 
-def test_a_row_prints_its_rate_by_the_clock_and_by_processor_time() -> None:
-    command = [sys.executable, str(BENCHMARKS / "compare_rows.py"), "slcan, frames out of text", "2000"]
-    environment = {**os.environ, "PYTHONPATH": str(BENCHMARKS)}
-    wall, processor = json.loads(
-        subprocess.run(command, env=environment, capture_output=True, check=True).stdout
-    )
-    assert wall > 0
-    assert processor > 0
+def test_a_row_prints_its_rates_by_processor_time_and_by_the_clock(compare: ModuleType) -> None:
+    runner = compare.Runner(BENCHMARKS.parent, "slcan, frames out of text")
+    try:
+        slices = [runner.rates(2000), runner.rates(1000)]
+    finally:
+        runner.close()
+    assert all(rate > 0 for rates in slices for rate in rates)
+
+
+def test_a_row_that_a_commit_does_not_have_is_named(compare: ModuleType) -> None:
+    runner = compare.Runner(BENCHMARKS.parent, "a row of tomorrow")
+    try:
+        with pytest.raises(compare.CannotRun, match="a row of tomorrow"):
+            runner.rates(1000)
+    finally:
+        runner.close()

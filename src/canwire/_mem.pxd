@@ -23,6 +23,9 @@ cdef extern from *:
     void cw_store(unsigned long long *p, unsigned long long v) noexcept nogil
     void cw_fence() noexcept nogil
 
+cdef extern from "Python.h":
+    long long PyLong_AsLongLongAndOverflow(object number, int *overflow) except? -1
+
 
 # A typed memoryview would do the same, at the price of 20,000 lines of C in each extension.
 cdef inline void *bytes_of(object buffer) except NULL:
@@ -67,6 +70,14 @@ cdef inline void store_release(unsigned long long *words, Py_ssize_t at, unsigne
 
 cdef inline void fence() noexcept nogil:
     cw_fence()
+
+
+cdef inline long long whole(object number) except? -1:
+    cdef int overflow = 0
+    if not isinstance(number, int):
+        return -1
+    cdef long long value = PyLong_AsLongLongAndOverflow(number, &overflow)
+    return -1 if overflow or value < 0 else value
 
 
 cdef inline unsigned short *shorts_of(object buffer) except NULL:

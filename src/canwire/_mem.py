@@ -47,6 +47,11 @@ def fence() -> None:
     """Order a store before a later load. Python cannot, so its waiters re-check on a timeout."""
 
 
+def whole(number: object) -> int:
+    """A whole number from 0 to 2**63 - 1 as it is, anything else as -1."""
+    return number if isinstance(number, int) and 0 <= number < 1 << 63 else -1
+
+
 def shorts_of(buffer: Any) -> Any:
     """A table of 16-bit numbers."""
     return memoryview(buffer).cast("B").cast("H")

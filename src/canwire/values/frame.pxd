@@ -2,8 +2,9 @@
 cimport cython
 from canwire cimport _mem
 
-cdef unsigned int _EXTENDED, _REMOTE, _SELF_RECEPTION, _FD, _BIT_RATE_SWITCH, _ERROR_STATE, _IDENTITY
-cdef int _DLC_SHIFT
+cdef const unsigned int _EXTENDED, _REMOTE, _SELF_RECEPTION, _FD, _BIT_RATE_SWITCH, _ERROR_STATE
+cdef unsigned int _IDENTITY
+cdef const int _DLC_SHIFT
 cdef tuple _DLC_OF_LENGTH
 
 @cython.final
@@ -14,6 +15,9 @@ cdef class Frame:
 
 @cython.locals(length=int, expected=int)
 cdef int _checked_dlc(bytes data, bint remote, bint fd, object dlc) except -1
+
+@cython.locals(info="unsigned int")
+cdef unsigned int _flags(bint extended, bint remote, bint fd, bint switch, bint error_state, bint own) noexcept
 
 @cython.locals(frame=Frame, head="unsigned long long", info="unsigned int", dlc=int, length=int)
 cdef Frame frame_at(unsigned long long *words, Py_ssize_t at)

@@ -26,8 +26,8 @@ _DLC_OF_LENGTH = tuple(
     next((code for code, size in enumerate(FD_LENGTHS) if size == length), -1) for length in range(65)
 )
 
-
 _NOT_GIVEN: Any = object()
+_NO_TIME = 0  # whoever gives none is not asked whether it is a whole number
 
 
 class Frame:
@@ -68,40 +68,27 @@ class Frame:
         bit_rate_switch: bool = False,
         error_state_indicator: bool = False,
         dlc: int | None = None,
-        timestamp_ns: int = 0,
+        timestamp_ns: int = _NO_TIME,
         self_received: bool = False,
         **unknown: Never,
     ) -> None:
         if unknown:
             raise unknown_argument("Frame()", unknown, frame)
-        if not isinstance(id, int) or id < 0 or id > (0x1FFFFFFF if extended else 0x7FF):
+        number = _mem.whole(id)
+        if number < 0 or number > (0x1FFFFFFF if extended else 0x7FF):
             raise BadFrame(_bad_id(id, extended))
         if type(data) is not bytes:
             data = _as_bytes(data)
-        if not fd and not remote and dlc is None and len(data) <= 8:
-            info = len(data) << _DLC_SHIFT
-        else:
-            info = _checked_dlc(data, remote, fd, dlc) << _DLC_SHIFT
         if (bit_rate_switch or error_state_indicator) and not fd:
             raise BadFrame("bit_rate_switch and error_state_indicator exist only in FD frames; add fd=True")
-        if not isinstance(timestamp_ns, int) or timestamp_ns < 0 or timestamp_ns >> 64:
+        if timestamp_ns is not _NO_TIME and not _is_time(timestamp_ns):
             raise BadFrame(
                 f"timestamp_ns {timestamp_ns!r}: a whole number of nanoseconds from 0 to 2**64 - 1"
             )
-        if extended:
-            info |= _EXTENDED
-        if remote:
-            info |= _REMOTE
-        if fd:
-            info |= _FD
-        if bit_rate_switch:
-            info |= _BIT_RATE_SWITCH
-        if error_state_indicator:
-            info |= _ERROR_STATE
-        if self_received:
-            info |= _SELF_RECEPTION
-        self._id = id
-        self._info = info
+        self._info = _checked_dlc(data, remote, fd, dlc) << _DLC_SHIFT | _flags(
+            extended, remote, fd, bit_rate_switch, error_state_indicator, self_received
+        )
+        self._id = number
         self._data = data
         self._timestamp_ns = timestamp_ns
 
@@ -186,7 +173,9 @@ def _checked_dlc(data: bytes, remote: bool, fd: bool, dlc: int | None) -> int:
             else f"a remote frame carries no data ({length} bytes given); give the length it asks for as dlc"
         )
     if dlc is None:
-        dlc = _DLC_OF_LENGTH[length] if length <= (64 if fd else 8) else -1
+        if length <= 8:
+            return length
+        dlc = _DLC_OF_LENGTH[length] if fd and length <= 64 else -1
         if dlc < 0:
             raise BadFrame(_bad_length(length, fd))
         return dlc
@@ -196,6 +185,28 @@ def _checked_dlc(data: bytes, remote: bool, fd: bool, dlc: int | None) -> int:
     if not remote and expected != length:
         raise BadFrame(f"dlc {dlc} means {expected} bytes, but data has {length}")
     return dlc
+
+
+def _flags(extended: bool, remote: bool, fd: bool, switch: bool, error_state: bool, own: bool) -> int:
+    """Their bits in a record's info word."""
+    info = 0
+    if extended:
+        info |= _EXTENDED
+    if remote:
+        info |= _REMOTE
+    if fd:
+        info |= _FD
+    if switch:
+        info |= _BIT_RATE_SWITCH
+    if error_state:
+        info |= _ERROR_STATE
+    if own:
+        info |= _SELF_RECEPTION
+    return info
+
+
+def _is_time(timestamp_ns: object) -> bool:
+    return isinstance(timestamp_ns, int) and timestamp_ns >= 0 and timestamp_ns >> 64 == 0
 
 
 def _bad_id(id: object, extended: bool) -> str:

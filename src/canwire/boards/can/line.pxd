@@ -41,7 +41,7 @@ cdef class Line(Host):
 
     cpdef int send(self, Channel channel, Frame frame, unsigned int flags=*, unsigned long long delay_ns=*) except -1
 
-    @cython.locals(driver=Driver, before="unsigned long long")
+    @cython.locals(driver=Driver, before="unsigned long long", lone=Channel, free=bint)
     cpdef int kick(self) except -1
 
     @cython.locals(other=Channel, info="unsigned int")

@@ -37,9 +37,7 @@ _FAST = 1 << 11
 _LOOP_BACK = 1 << 15
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
-_REFUSALS = (
-    4096  # records refused in _PAUSE_NS; then the bus has its turn, and whoever wrote the next one waits
-)
+_REFUSALS = 4096  # in _PAUSE_NS; then the bus has its turn, and whoever wrote the next record waits
 _PAUSE_NS = 1_000_000
 _CONFIRM = CONFIRM
 _CONFIRM_LOAD = CONFIRM_LOAD
@@ -47,11 +45,6 @@ _HIGH_PRIORITY = HIGH_PRIORITY
 _EVERY = int(Siblings.EVERY)
 _ABORTED = int(EventKind.ABORTED)
 _ERROR = int(EventKind.ERROR)
-
-
-def _sound() -> bool:
-    """The coupling of a line that cannot tell."""
-    return False
 
 
 class Line(Host):
@@ -71,7 +64,7 @@ class Line(Host):
         self.fast_data = True
         self.holding = False
         self.kin = ""
-        self.coupling_fault: Callable[[], bool] = _sound
+        self.coupling_fault: Callable[[], bool] = bool  # False, of a line that cannot tell
         self._scratch = Mailbox()
         self._turn = 0
         self._refusals = 0
@@ -112,11 +105,12 @@ class Line(Host):
 
         Raises QueueFull, and LineError for a frame that this line cannot send.
         """
-        if frame.fd:
+        if frame._info & _FD and self.driver.fd == 0:
             self._check_fd(frame)
         if not (channel.standard and channel.extended and self.long_data and self.fast_data):
             self.check(frame, channel.kin)
-        self._check_sends(channel)
+        if self.driver.listen_only or not channel.sends:
+            self._check_sends(channel)
         codec.store_frame(frame, self._scratch.words, 0, flags, delay_ns)
         if not channel.transmit.free():
             raise QueueFull(self.name, channel.transmit.capacity)
@@ -152,7 +146,12 @@ class Line(Host):
     def kick(self) -> None:
         """Something was queued: load it if a mailbox is free."""
         driver = self.driver
-        if not driver.normal.occupied or not driver.high.occupied or driver.several or self._prioritised:
+        lone = self._lone
+        if lone is not None and not (lone.urgent or lone.untrusted or driver.several):
+            free = not driver.normal.occupied  # else it is loaded when the frame before it has gone
+        else:
+            free = not (driver.normal.occupied and driver.high.occupied) or driver.several
+        if free or self._prioritised:
             before = self._loads
             self.fill(self.timeline.now_ns)
             if self._loads != before:

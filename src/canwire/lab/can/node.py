@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Never, TypeVar
 
 from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
+from canwire.boards.can.sending import Sending
 from canwire.drivers.driver import Counters, Driver, LineSettings
-from canwire.errors import BadValue, BusOff, NotTransmitted
+from canwire.errors import BusOff, NotTransmitted
 from canwire.lab.node import BenchNode
 from canwire.lab.selection import FRAMES
 from canwire.lab.time import LabTime
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
 from canwire.values.arguments import unknown_argument
-from canwire.values.checks import LONGEST_NS, check_expected, check_frame, instance, whole
+from canwire.values.checks import LONGEST_NS, check_expected, instance, whole
 from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame, frame_of_record
-from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from canwire.values.record import CONFIRM, HIGH_PRIORITY, SINGLE_SHOT
 from canwire.values.records import check_dtype
 from canwire.values.text import format_frame
 
@@ -30,7 +31,7 @@ _EVENT_QUEUE = 4096
 _ALL_EVENTS = frozenset(int(kind) for kind in EventKind)
 
 
-class CanBenchNode(BenchNode[Frame, BusT]):
+class CanBenchNode(BenchNode[Frame, BusT], Sending):
     """What LabNode does: one controller with one channel."""
 
     def __init__(
@@ -46,60 +47,22 @@ class CanBenchNode(BenchNode[Frame, BusT]):
         receive_queue: int,
         transmit_queue: int,
     ) -> None:
-        self._channel = Channel(receive_queue, transmit_queue, frames=receives)
-        self._channel.set_acceptance(acceptance)
-        ring = self._channel.receive
-        super().__init__(time, bus, name, line.name, ring, ring.take_frame)
-        self.line = line
+        channel = Channel(receive_queue, transmit_queue, frames=receives)
+        channel.set_acceptance(acceptance)
+        ring = channel.receive
+        BenchNode.__init__(self, time, bus, name, line.name, ring, ring.take_frame)
+        Sending.__init__(self, time, line, channel, self_reception)
         self.settings = settings
-        self._plain = time.pacer is None and time.selection is None
-        self._flags = SELF_RECEPTION if self_reception else 0
         self._events: Channel | None = None
         line.controller.name = name
-        line.open(self._channel)
+        line.open(channel)
 
     def begin(self, resting: bool) -> None:
         """Configure and start; on a resting bus the node counts as having been there all along."""
         self._driver.configure(self.settings)
         self._driver.start(self.time.timeline.now_ns, integrated=resting)
 
-    # sending
-
-    def send(
-        self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False, delay_ns: int = 0
-    ) -> None:
-        """Queue a frame; it goes when the bus lets it.
-
-        `single_shot`: one attempt, given up on lost arbitration or error. `high_priority`: before the frame that
-        waits in the controller. `delay_ns`: not before this long after the node's previous frame.
-        Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
-        """
-        if frame.__class__ is not Frame:
-            check_frame(frame, Frame)
-        flags = self._flags
-        if single_shot:
-            flags |= SINGLE_SHOT
-        if high_priority:
-            flags |= HIGH_PRIORITY
-        if self._closed:
-            self._check_open()
-        if not 0 <= delay_ns <= LONGEST_NS:
-            raise BadValue(f"delay_ns {delay_ns}: from 0 to {LONGEST_NS}")
-        if self._plain:
-            self.line.send(self._channel, frame, flags, delay_ns)
-        elif self._takes(frame):
-            with self.time.touch():
-                self.line.send(self._channel, frame, flags, delay_ns)
-        if self.time.waiters:
-            self.time.active()
-
-    def send_many(self, frames: Iterable[Frame]) -> int:
-        """Queue frames in order; returns how many. Raises like `send`, what came before stays queued."""
-        count = 0
-        for frame in frames:
-            self.send(frame)
-            count += 1
-        return count
+    # sending: `send` and `send_many` are Sending's
 
     def send_array(self, records: numpy.ndarray) -> int:
         """Queue records of numpy dtype `record_dtype()`, as from `receive_array`; their time is a delay in ns.
