@@ -525,7 +525,7 @@ def test_a_pulled_board_ends_it(served: Served, dump: StartDump, capsys: pytest.
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
 def test_the_hubs_end_ends_it(tmp_path: Path, end: signal.Signals) -> None:
     with serving(tmp_path, time="real") as (address, hub):
-        listening = Dump(Served(address), "can0")
+        listening = Dump(Served(address), "can0", "--no-reconnect")
         hub.send_signal(end)
         status, lines, told = listening.end()
     assert (status, lines) == (2, [])

@@ -66,9 +66,9 @@ class Bench:
         assert self._hub.stdout is not None
         assert "canwire hub on" in self._hub.stdout.readline()
 
-    def offered(self, remote: Container[str]) -> subprocess.Popen[str]:
+    def offered(self, remote: Container[str], *words: str) -> subprocess.Popen[str]:
         """Programs of these names are on another machine from now on; what offers the hub to them."""
-        self.network, process = self._closing.enter_context(offering(self.address))
+        self.network, process = self._closing.enter_context(offering(self.address, *words))
         self.remote = remote
         return process
 

@@ -97,6 +97,28 @@ def test_one_that_computes_is_named_with_its_machine(tmp_path: Path) -> None:
         assert f"canwire: {devices(made)['standstill']}" == said
 
 
+IN_C = """
+import canwire, ctypes
+with canwire.connect() as hub:
+    hub.sleep(0.010)
+    print("ready", flush=True)
+    ctypes.PyDLL(None).usleep(SPAN_US)  # with the interpreter's lock: nothing else of this process's Python runs
+    hub.sleep(0.010)
+    print(hub.now_ns(), flush=True)
+"""
+
+
+@pytest.mark.finding("machines 13")
+def test_a_long_call_in_c_loses_nobody_its_place(tmp_path: Path) -> None:
+    """It was lost after 1.6 s; only its patience ends, as beside the hub."""
+    with bench(tmp_path, "--programs", "a,b", "--patience", "0.5") as made:
+        made.offered(("a",))
+        busy, other = made.start("a", IN_C.replace("SPAN_US", "2_200_000")), made.start("b", ENDLESS)
+        assert [first_line(busy), first_line(other)] == ["ready", "ready"]
+        assert f": a ({busy.pid} on " in made.hears("computes")
+        assert first_line(busy) == "20000000"
+
+
 CUT = """
 import canwire
 with canwire.connect() as hub:
@@ -111,7 +133,7 @@ with canwire.connect() as hub:
 
 def test_one_whose_cable_is_cut_is_let_go_and_hears_of_it(tmp_path: Path) -> None:
     with bench(tmp_path, "--programs", "a,b") as made:
-        made.offered(("b",))
+        made.offered(("b",), "--silence", "1.6")
         base, _, port = made.network.rpartition(":")
         with closing(Cable(int(port))) as cable:
             made.network = f"{base}:{cable.port}"

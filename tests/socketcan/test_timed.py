@@ -106,6 +106,7 @@ def of_can_utils(home: Path, ecu: str) -> dict[str, Sequence[str]]:
     }
 
 
+@pytest.mark.finding("machines 14")
 def test_the_same_every_time(tmp_path: Path, ecu: str) -> None:
     cast = of_can_utils(tmp_path, ecu)
     message = " ".join(f"{byte:02X}" for byte in range(30))

@@ -1,4 +1,7 @@
-"""`--reconnect`: a verb that only watches or passes on goes on by itself once its hub is back."""
+"""`--reconnect`: a verb that only watches or passes on goes on by itself once its hub is back.
+
+For verbs that watch this is usual, where it is the hub that has gone; with the option itself also where a board has.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,33 @@ from collections.abc import Callable
 from contextlib import closing
 
 import canwire
-from canwire import HubError, HubLost, NoSuchBoard
+from canwire import BadValue, HubError, HubLost, NoSuchBoard
 from canwire.commands.console import complain
 
 _FIRST_S, _LONGEST_S = 0.1, 2.0  # before it tries again
 
 
-def add_reconnect_argument(parser: argparse._ActionsContainer) -> None:
-    """For verbs whose `run` is `going_on`."""
-    parser.add_argument(
-        "--reconnect", action="store_true", help="when the hub is gone, wait for it and go on"
-    )
+def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = False) -> None:
+    """For verbs whose `run` is `going_on`; where it is `usual` there is --no-reconnect too."""
+    if usual:
+        parser.add_argument(
+            "--reconnect",
+            action=argparse.BooleanOptionalAction,
+            help="when the hub is gone, wait for it and go on: as usual, but for what would begin anew; with the "
+            "option also where a board is gone",
+        )
+    else:
+        parser.add_argument(
+            "--reconnect", action="store_true", help="when the hub is gone, wait for it and go on"
+        )
+
+
+def not_if(arguments: argparse.Namespace, begins_anew: bool, what: str) -> None:
+    """Where going on would begin something anew it is not usual; raises BadValue if it was asked for."""
+    if begins_anew and arguments.reconnect:
+        raise BadValue(f"--reconnect: without {what}, which would begin anew")
+    if begins_anew:
+        arguments.reconnect = False
 
 
 class Watch:
@@ -54,8 +73,11 @@ class Watch:
 
 
 def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace], int]) -> int:
-    """`work` until it ends; with --reconnect once more whenever its hub is gone, but not before it was there once."""
-    if not arguments.reconnect:
+    """`work` until it ends; and once more whenever its hub is gone, but not before it was there once.
+
+    With --reconnect also when something of the hub's is; without it, False, not at all.
+    """
+    if arguments.reconnect is False:
         return work(arguments)
     watch = arguments.watch = Watch()
     pause_s = _FIRST_S
@@ -64,7 +86,8 @@ def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace],
             try:
                 return work(arguments)
             except (HubError, NoSuchBoard) as error:
-                if not watch.known:
+                usual = arguments.reconnect is None and watch.there
+                if not watch.known or (usual and not isinstance(error, HubLost)):
                     raise
                 pause_s = (
                     _FIRST_S if isinstance(error, HubLost) and watch.there else min(2 * pause_s, _LONGEST_S)

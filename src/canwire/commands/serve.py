@@ -112,6 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
             listen = ["--listen", arguments.socketcand] * bool(arguments.socketcand)
             beside.enter_context(_verb("socketcand", "--beside", *listen, hub=arguments.socket))
 
+    gc.disable()  # until the boards are there: thousands of them would be looked at again and again
     try:
         with signals_call(end):
             canwire.serve(
@@ -126,6 +127,7 @@ def run(arguments: argparse.Namespace) -> int:
                 warn=complain,
             )
     finally:
+        gc.enable()
         beside.close()
         stop.close()
     return 0
@@ -147,6 +149,7 @@ def _ready(introduction: str) -> None:
     # what is there now stays: the collector need not look at it again, which takes milliseconds
     gc.collect()
     gc.freeze()
+    gc.enable()
     print(introduction, flush=True)
     _tell_systemd("READY=1")
 

@@ -30,6 +30,7 @@ def offer(
     access: str | None = None,
     insecure: bool = False,
     age_s: float = 2.0,
+    silence_s: float = 30.0,
     ready: Callable[[str], object],
     stop: Event,
     warn: Callable[[str], object] | None = None,
@@ -40,7 +41,8 @@ def offer(
     Zenoh's to connect to, `access` the file of users; without one, routers and endpoints that other machines reach
     are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
     connect to. Frames and calls that were on their way for longer than `age_s` (0: no limit) are not obeyed any more:
-    frames are counted as refused, calls raise HubError, and `warn` gets a line.
+    frames are counted as refused, calls raise HubError, and `warn` gets a line. A program that keeps one time with
+    others is let go once it was not heard of for `silence_s`.
 
     Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
     endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
@@ -58,6 +60,7 @@ def offer(
         access=None if access is None else load(Access, access),
         insecure=insecure,
         age_s=finite("age_s", age_s, 0, 3600),
+        timed_silence_s=finite("silence_s", silence_s, 1, 3600),
     )
     lost: list[bool] = []
 

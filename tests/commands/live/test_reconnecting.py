@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import select
 import subprocess
 import sys
@@ -111,3 +112,64 @@ def shown(dump: subprocess.Popen[str], hub: canwire.Hub, identifier: int) -> Non
                 channel.send(Frame(identifier))
         while f"{identifier:03X}" not in dump.stdout.readline():
             pass
+
+
+@pytest.mark.parametrize(
+    ("words", "shows"),
+    [
+        (["view", "can0"], "222"),
+        (["load", "--interval", "0.05", "can0"], "can0"),
+        (["record", "can0", "drive.log"], ""),
+    ],
+)
+def test_verbs_that_watch_go_on_by_themselves(words: list[str], shows: str, tmp_path: Path) -> None:
+    address = str(tmp_path / "hub.sock")
+    with ExitStack() as closing:
+        with served_here(tmp_path, CONFIG), canwire.connect(address) as hub:
+            verb = warm.Popen(
+                [
+                    sys.executable,
+                    "-m",
+                    "canwire",
+                    *words,
+                    *([] if words[0] == "record" else ["--hub", address]),
+                ],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                cwd=tmp_path,
+                env={**os.environ, "CANWIRE_HUB": address},
+            )
+            closing.callback(verb.communicate)
+            closing.callback(verb.kill)
+            assert verb.stderr is not None
+            assert verb.stdout is not None
+            if words[0] == "record":
+                while "recording" not in verb.stderr.readline():
+                    pass
+            elif words[0] == "load":
+                verb.stdout.readline()
+            else:
+                shown(verb, hub, 0x111)
+        while "trying again" not in (line := verb.stderr.readline()):
+            assert line
+        with served_here(tmp_path, CONFIG), canwire.connect(address) as hub:
+            while "connected again" not in (line := verb.stderr.readline()):
+                assert line
+            if words[0] == "record":
+                while "drive-again-2.log" not in verb.stderr.readline():
+                    pass
+            elif words[0] == "load":
+                while shows not in verb.stdout.readline():
+                    pass
+            else:
+                shown(verb, hub, 0x222)
+
+
+def test_a_board_that_is_gone_ends_what_was_not_asked_to_wait_for_it() -> None:
+    def work(given: argparse.Namespace) -> int:
+        given.watch.found()
+        raise NoSuchBoard("no can0")
+
+    with pytest.raises(NoSuchBoard):
+        going_on(argparse.Namespace(reconnect=None), work)

@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=KINDS,
         help=f"{'; '.join(f'{kind}: {what}' for kind, what in KINDS.items())}",
     )
-    add_reconnect_argument(parser)
+    add_reconnect_argument(parser, usual=True)
     _add_capture(parser)
     _add_extras(parser)
     add_database_argument(parser, "names and signals", several=True)

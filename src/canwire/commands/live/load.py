@@ -24,6 +24,7 @@ from canwire import BadValue, LinePlace, NoSuchBoard, every_line, find_lines, li
 from canwire.commands.console import complain
 from canwire.commands.live.bars import format_bar, format_reading, format_total
 from canwire.commands.live.meter import Meter, Reading
+from canwire.commands.reconnecting import add_reconnect_argument, going_on, not_if
 from canwire.commands.shared_hub import add_hub_argument, connected
 from canwire.commands.shell.colour import has_colours
 
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after so many looks")
     parser.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
     parser.add_argument("--json", action="store_true", help="print JSON, an object for each bus and look")
+    add_reconnect_argument(parser, usual=True)
     add_hub_argument(parser)
 
 
@@ -57,6 +59,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValue(f"--interval {arguments.interval}: 0.05 seconds or more")
     if arguments.seconds is not None and not arguments.seconds >= 0:
         raise BadValue(f"--seconds {arguments.seconds}: 0 or more")
+    not_if(arguments, arguments.count is not None or arguments.seconds is not None, "-n and --seconds")
+    return going_on(arguments, _watch)
+
+
+def _watch(arguments: argparse.Namespace) -> int:
     with ExitStack() as closing:
         hub = connected(arguments, "load", closing)
         places = _places(hub, arguments.buses)

@@ -22,6 +22,9 @@ folder must be new or empty, and its growing file is a journal, too.
 from __future__ import annotations
 
 import argparse
+import glob
+import itertools
+import os
 import re
 import threading
 import time
@@ -32,6 +35,7 @@ from canwire.commands.can_line import add_rate_arguments
 from canwire.commands.console import complain
 from canwire.commands.databases.chosen import add_database_argument, database_of
 from canwire.commands.logs.conditions import any_of
+from canwire.commands.reconnecting import add_reconnect_argument, going_on, not_if
 from canwire.commands.shell.ending import signals_call
 
 _SIZES = {"": 1, "k": 1000, "M": 1000**2, "G": 1000**3}
@@ -58,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_triggers(parser)
     parser.add_argument("--for", dest="span", metavar="TIME", help="end after this time: 90s, 10m, 1h")
+    add_reconnect_argument(parser, usual=True)
     parser.add_argument(
         "--channel", metavar="NAME", help="what the channel of one line is called in the log (the bus's name)"
     )
@@ -74,44 +79,87 @@ def _add_triggers(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record until the time is over, or a signal; raises BadValue, NoSuchBoard, HubError, OSError for a full disk."""
-    size = (
-        None
-        if arguments.rotate_size is None
-        else int(_number("--rotate-size", arguments.rotate_size, _SIZES))
-    )
-    span = None if arguments.rotate_time is None else _number("--rotate-time", arguments.rotate_time, _SPANS)
-    seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
     triggers = _triggers(arguments)
-    _refuse_private(arguments)
+    anew = arguments.span is not None or arguments.once or arguments.file == "-"
+    not_if(arguments, anew, "--for, --once and standard output")
+    rotation = _rotation(arguments)
+    seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
     stop = threading.Event()
     with signals_call(stop.set):
-        recorder = canwire.record(
-            arguments.lines,
-            arguments.file,
-            format=arguments.format,
-            channel=arguments.channel,
-            rotate_bytes=size,
-            rotate_s=span,
-            hub=arguments.hub,
-            bit_rate=arguments.bit_rate,
-            data_bit_rate=arguments.data_bit_rate,
-            triggers=triggers,
-        )
-        end_s = None
-        if seconds is not None:
-            recorder.end_after(seconds)
-            end_s = time.monotonic() + seconds
-        complain(f"recording {', '.join(arguments.lines)} to {recorder.files[0]}")
-        try:
-            while not stop.wait(_TURN_S) and not recorder.wait(0):
-                if end_s is not None and time.monotonic() >= end_s:
-                    break
-        finally:
-            try:
-                recorder.close()
-            finally:
-                _tell(recorder)
+        return going_on(arguments, lambda given: _record(given, rotation, seconds, triggers, stop))
+
+
+def _rotation(arguments: argparse.Namespace) -> tuple[int | None, float | None]:
+    """Bytes and seconds of a file."""
+    size, span = arguments.rotate_size, arguments.rotate_time
+    return (
+        None if size is None else int(_number("--rotate-size", size, _SIZES)),
+        None if span is None else _number("--rotate-time", span, _SPANS),
+    )
+
+
+def _record(
+    arguments: argparse.Namespace,
+    rotation: tuple[int | None, float | None],
+    seconds: float | None,
+    triggers: RecordTriggers | None,
+    stop: threading.Event,
+) -> int:
+    if stop.is_set():  # while the hub was away
+        return 0
+    _refuse_private(arguments)
+    watch = getattr(arguments, "watch", None)
+    recorder = canwire.record(
+        arguments.lines,
+        _another(arguments.file) if watch is not None and watch.known else arguments.file,
+        format=arguments.format,
+        channel=arguments.channel,
+        rotate_bytes=rotation[0],
+        rotate_s=rotation[1],
+        hub=arguments.hub,
+        bit_rate=arguments.bit_rate,
+        data_bit_rate=arguments.data_bit_rate,
+        triggers=triggers,
+    )
+    if watch is not None:
+        watch.found()
+    _until_the_end(arguments, recorder, seconds, stop)
     return 0
+
+
+def _another(file: str) -> str:
+    """Of a hub that is back: drive-again-2.blf, or the next number that is free.
+
+    >>> _another("/no/such/drive.blf.gz")
+    '/no/such/drive-again-2.blf.gz'
+    """
+    folder, name = os.path.split(file)
+    stem, dot, suffix = name.partition(".")
+    for number in itertools.count(2):
+        path = os.path.join(folder, f"{stem}-again-{number}")
+        if not glob.glob(glob.escape(path) + "[-.]*") and not os.path.exists(path):
+            return path + dot + suffix
+    raise AssertionError
+
+
+def _until_the_end(
+    arguments: argparse.Namespace, recorder: Recorder, seconds: float | None, stop: threading.Event
+) -> None:
+    """Raises what the recorder does: HubLost, OSError for a full disk."""
+    end_s = None
+    if seconds is not None:
+        recorder.end_after(seconds)
+        end_s = time.monotonic() + seconds
+    complain(f"recording {', '.join(arguments.lines)} to {recorder.files[0]}")
+    try:
+        while not stop.wait(_TURN_S) and not recorder.wait(0):
+            if end_s is not None and time.monotonic() >= end_s:
+                break
+    finally:
+        try:
+            recorder.close()
+        finally:
+            _tell(recorder)
 
 
 def _triggers(arguments: argparse.Namespace) -> RecordTriggers | None:

@@ -48,6 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
                 access=arguments.access,
                 insecure=arguments.insecure,
                 age_s=2.0 if arguments.age is None else float(arguments.age),
+                silence_s=30.0 if arguments.silence is None else float(arguments.silence),
                 ready=ready,
                 stop=stop,
                 warn=complain,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-_EACH = ("realm", "name", "access", "age")
+_EACH = ("realm", "name", "access", "age", "silence")
 _MANY = ("listen", "via")
 
 
@@ -29,6 +29,12 @@ def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
         help="obey no command that was on its way for longer (default: 2; 0: no limit)",
     )
     parser.add_argument(
+        "--silence",
+        type=_span,
+        metavar="SECONDS",
+        help="where programs keep one time: let one go that was not heard of for so long (default: 30)",
+    )
+    parser.add_argument(
         "--insecure", action="store_true", help="let anybody in who reaches an endpoint, and do anything"
     )
 
@@ -37,6 +43,12 @@ def _seconds(text: str) -> str:
     """As it was typed, since another process may get it; argparse names the option where it is no number."""
     if not 0 <= float(text) <= 3600:
         raise argparse.ArgumentTypeError(f"{text}: 0 to 3600 seconds")
+    return text
+
+
+def _span(text: str) -> str:
+    if not 1 <= float(text) <= 3600:
+        raise argparse.ArgumentTypeError(f"{text}: 1 to 3600 seconds")
     return text
 
 

@@ -29,6 +29,7 @@ from canwire.commands.live.listening import (
     complain_each,
     places_of,
 )
+from canwire.commands.reconnecting import add_reconnect_argument, going_on, not_if
 from canwire.commands.shared_hub import connected
 from canwire.commands.view.columns import format_row, texts_of
 from canwire.commands.view.table import Table
@@ -48,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--interval", type=float, default=1.0, metavar="SECONDS", help="plain: between two looks (1)"
     )
     parser.add_argument("--seconds", type=float, metavar="SECONDS", help="plain: end after this long")
+    add_reconnect_argument(parser, usual=True)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -56,12 +58,17 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValue(f"--interval {arguments.interval}: 0.05 seconds or more")
     if arguments.seconds is not None and not arguments.seconds >= 0:
         raise BadValue(f"--seconds {arguments.seconds}: 0 or more")
+    not_if(arguments, arguments.seconds is not None, "--seconds")
     databases = databases_of(arguments)
     decode = None if databases is None else databases.decode
+    table = Table()
+    return going_on(arguments, lambda given: _view(given, table, decode))
+
+
+def _view(arguments: argparse.Namespace, table: Table, decode: Decode | None) -> int:
     plain = (
         arguments.plain or arguments.seconds is not None or not (sys.stdout.isatty() and sys.stdin.isatty())
     )
-    table = Table()
     with ExitStack() as closing:
         hub = connected(arguments, "view", closing)
         places = places_of(hub, arguments.lines)

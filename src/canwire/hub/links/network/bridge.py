@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
 GRACE_S = 2.0  # a client whose connection is broken may be back within so long
-TIMED_SILENCE_S = 1.6  # and then one that others wait for is let go, as a cable that is cut tells nobody
+TIMED_SILENCE_S = 30.0  # and then one that others wait for is let go: as long as cuts are borne
 AGE_S = 2.0  # of commands, which are not obeyed later
 HEALTHY_S = 0.3  # between two looks whether the hub answers ...
 _UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it

@@ -54,7 +54,7 @@ class Way:
         return 1 if self.slow or self._crowd_ns else AT_ONCE
 
     def room(self) -> int:
-        """Bytes that may be sent now. 0 if less than a quarter of the window is free: payloads would be too small."""
+        """Bytes that may be sent now; 0 below a quarter of the window, which small payloads would fill badly."""
         found = self._limit - self._under_way
         if found < self._limit // 4:
             self._full = self._waits = True
