@@ -33,7 +33,8 @@ ENDS = {
 }
 
 
-@pytest.mark.conforms("N-37")
+@pytest.mark.conforms("N-37", "N-60")
+@pytest.mark.finding("machines 2", "machines 6")
 def test_each_way_to_end_is_one_row_and_only_what_was_under_way_is_played_again(tmp_path: Path) -> None:
     runs = run_campaign(wild(tmp_path, *ENDS), workers=1)
     assert {str(run.parameters["what"]): (run.verdict, run.reason) for run in runs} == ENDS
