@@ -174,8 +174,8 @@ class Bench:
             self.wrong.append(
                 f"commander: gave {commander['given']}, delivered {commander['delivered']} and {left} not"
             )
-        whole = looker["life"] == self.accounts["commander"]["life"]
-        if whole and came + looker["lost"] < commander["delivered"]:
+        looked_first = self.programs["looker"].since_s < self.programs["commander"].since_s
+        if looked_first and came + looker["lost"] < commander["delivered"]:
             self.wrong.append(f"commander: {commander['delivered']} delivered, {came} came")
         told = [one.get("latest_ms", 0) for one in self.programs["looker"].over]
         self.latest_ms = max([looker["latest_ms"], *told])

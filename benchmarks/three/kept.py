@@ -38,6 +38,7 @@ class Kept:
     def start(self) -> None:
         """Its next life."""
         self.lives += 1
+        self.since_s = time.monotonic()
         with self.log.open("a") as said, self.text.open("ab") as output:
             self.process = subprocess.Popen(
                 self._words(self.lives),

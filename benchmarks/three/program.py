@@ -74,14 +74,22 @@ class VciFrames(Vci):
 class CandrvFrames(Candrv):
     def frames(self) -> Read:
         found = []
-        while self.handle.waiting:
-            event = self.handle.read_event()
+        while (event := self._next()) is not None:
             self.lost += event.lost
             if event.event == self.candrv.CANBUS_EVENT_RECEIVED:
                 found.append((event.identifier, bytes(event.data)))
             else:
                 self.others += 1
         return found
+
+    def _next(self) -> Any:
+        """`waiting` would not say that the hub is lost."""
+        try:
+            return self.handle.read_event()
+        except self.candrv.CandrvError as error:
+            if error.name == "ERROR_TIMEOUT":
+                return None
+            raise
 
 
 class PythonCanFrames(PythonCan):

@@ -33,7 +33,7 @@ ENDS = {
 }
 
 
-@pytest.mark.conforms("N-37")
+@pytest.mark.conforms("N-37", "N-60")
 @pytest.mark.finding("machines 2")
 @pytest.mark.finding("machines 6")
 def test_each_way_to_end_is_one_row_and_only_what_was_under_way_is_played_again(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ A run that ends the player, by a crash or because nothing else ends it, costs on
 from __future__ import annotations
 
 import contextlib
+import gc
 import multiprocessing
 import signal
 import threading
@@ -20,6 +21,8 @@ from canwire.campaigns.loading import Script
 from canwire.campaigns.output import Output
 from canwire.campaigns.player import play_all
 from canwire.campaigns.playing import CampaignRun, Order, crashed, late
+from canwire.lab.bench import Lab
+from canwire.values.frame import Frame
 
 
 class _Left(Exception):
@@ -32,6 +35,7 @@ def keep(orders: Connection, script: Script, rules: Rules) -> None:
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C is the campaign's; one inside of a run is the run's own
     loaded(script)
+    _warm()
     keeper = _Keeper(orders, script, rules)
     with contextlib.suppress(_Left, EOFError, OSError), contextlib.closing(keeper):
         orders.send(None)
@@ -39,14 +43,28 @@ def keep(orders: Connection, script: Script, rules: Rules) -> None:
             keeper.play(orders.recv())
 
 
+def _warm() -> None:
+    """Load what runs load when they first need it, and touch it no more: players are forks, and share what is so."""
+    with Lab() as lab:
+        bus = lab.can_bus()
+        sender, receiver = bus.node("sender"), bus.node("receiver")
+        sender.send(Frame(1))
+        lab.run_until_idle()
+        receiver.receive()
+    gc.collect()
+    gc.freeze()
+
+
 class _Keeper:
-    """Has one player at a time."""
+    """Has one player at a time; once a run has ended one, another is ready to take its place."""
 
     def __init__(self, orders: Connection, script: Script, rules: Rules) -> None:
         self._orders = orders
         self._script = script
         self._rules = rules
         self._player: _Player | None = None
+        self._spare: _Player | None = None
+        self._wants_spare = False
 
     def play(self, batch: Batch) -> None:
         """Play these; each run is sent as it comes."""
@@ -58,7 +76,7 @@ class _Keeper:
                 self._orders.send(run)
             if not rest:
                 return
-            output = self.close()
+            output = self._end_player()
             if rest[0] == suspect:  # in a process that had played nothing else, too
                 lost = crashed(loaded(self._script), rest.pop(0), self._rules.seed, output)
                 self._orders.send(lost)
@@ -68,13 +86,15 @@ class _Keeper:
     def _until_broken(self, rest: list[Order]) -> Iterator[CampaignRun]:
         """Until all is done, or the player is lost: its first run that is not done was under way."""
         if self._player is None:
-            self._player = _Player(self._script, self._rules, self._orders)
+            self._player, self._spare = self._spare or self._made(), None
         with contextlib.suppress(EOFError, OSError):
             self._player.pipe.send(tuple(rest))
+            if self._wants_spare and self._spare is None:
+                self._spare = self._made()
             for order in tuple(rest):
                 run = self._next(self._player)
                 if run is None:
-                    output = self.close()
+                    output = self._end_player()
                     gone = late(loaded(self._script), order, self._rules.seed, self._rules.limit_s, output)
                     yield replace(gone, output=output)
                     yield from self._until_broken(rest)
@@ -83,6 +103,7 @@ class _Keeper:
 
     def _next(self, player: _Player) -> CampaignRun | None:
         """The next run that is done, None if it takes too long. Raises EOFError, OSError if the player has ended."""
+        player.begin()
         limit_s = self._rules.limit_s
         end = None if limit_s is None else time.monotonic() + limit_s + self._rules.grace_s
         ready = wait([player.pipe, self._orders], None if end is None else max(0.0, end - time.monotonic()))
@@ -93,28 +114,49 @@ class _Keeper:
             raise _Left
         return None
 
-    def close(self) -> str:
-        """End the player; what it had printed since its last run."""
+    def _made(self) -> _Player:
+        others = [player.pipe for player in (self._player, self._spare) if player is not None]
+        return _Player(self._script, self._rules, (self._orders, *others))
+
+    def _end_player(self) -> str:
+        """What it had printed since its last run."""
         player, self._player = self._player, None
+        self._wants_spare = True
         return player.end() if player else ""
+
+    def close(self) -> None:
+        """No player is left."""
+        self._end_player()
+        if self._spare is not None:
+            self._spare.end()
+            self._spare = None
 
 
 class _Player:
-    """The process that plays: forked, so that it has the campaign loaded when it begins, where that is safe."""
+    """The process that plays: forked, so that it has the campaign loaded when it begins, where that is safe.
 
-    def __init__(self, script: Script, rules: Rules, orders: Connection) -> None:
+    It has no use for the connections `of_keeper`, which a fork inherits.
+    """
+
+    def __init__(self, script: Script, rules: Rules, of_keeper: tuple[Connection, ...]) -> None:
         methods = multiprocessing.get_all_start_methods()
         forked = "fork" in methods and threading.active_count() == 1
         context: Any = multiprocessing.get_context("fork" if forked else "spawn")
         self.pipe, theirs = context.Pipe()
         self._output = Output() if forked else None
-        inherited = (orders, self.pipe) if forked else ()
+        inherited = (*of_keeper, self.pipe) if forked else ()
         self._process = context.Process(
             target=play_all, args=(theirs, script, rules, self._output, inherited)
         )
         self._process.start()
         theirs.close()
-        self.pipe.recv()  # it has begun
+        self._begun = False
+
+    def begin(self) -> None:
+        """Wait until it can play. Raises EOFError, OSError if it never will."""
+        if not self._begun:
+            self.pipe.recv()
+            self._begun = True
 
     def end(self) -> str:
         self._process.kill()

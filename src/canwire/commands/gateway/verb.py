@@ -7,8 +7,9 @@ canwire bridge can0 can1 --change 123:0=80/80           bit 7 of byte 0 of frame
 canwire bridge can0 can0 --to-hub /run/other.sock       can0 here and can0 of another hub
 canwire bridge can0 vcan0                               an interface of the kernel, which has to be there and up
 
-A name that is both is the hub's: `kernel:can0` is the kernel's. Ctrl-C ends it; lines on stderr then tell what became
-of the frames of each direction. Gateways that would pass frames round and round are refused.
+A name that is both is the hub's: `kernel:can0` is the kernel's. While it runs, stderr has a line for frames that a
+limit or a full queue holds back. Ctrl-C ends it; lines on stderr then tell what became of the frames of each direction.
+Gateways that would pass frames round and round are refused.
 """
 
 from __future__ import annotations
@@ -20,11 +21,13 @@ import canwire
 from canwire import Gateway, Hub, LinePlace, NoSuchBoard, find_lines
 from canwire.commands.can_line import add_line_arguments, bring_up, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.gateway.limits import Limits
 from canwire.commands.gateway.rules import add_rule_arguments, rules_by
 from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected, find_line
 
 _KERNEL = "kernel:"
+_LOOK_S = 1.0  # between two looks at what limits hold back
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,8 +64,11 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         )
         names = [f"{place.address} on {place.info.bus or 'no bus'}" for place in (first, second)]
         complain(f"{names[0]} {'to' if arguments.one_way else 'and'} {names[1]}: passing on")
+        limits = Limits("there", complain), Limits("back", complain)
         try:
-            gateway.wait()
+            while not gateway.wait(_LOOK_S):
+                limits[0].look(gateway.there)
+                limits[1].look(gateway.back)
         finally:
             gateway.close()  # then nothing waits any more
             complain(f"there: {gateway.there}" + ("" if arguments.one_way else f"; back: {gateway.back}"))
