@@ -62,7 +62,7 @@ def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     tries = [
-        Attempt("crash", lambda: os.kill(os.getpid(), signal.SIGSEGV)),
+        Attempt("crash", lambda: os.kill(os.getpid(), signal.SIGKILL)),
         Attempt("refused", refused),
         Attempt("null", is_none),
         Attempt("hang", for_ever),
@@ -73,7 +73,7 @@ def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
     ]
     done = walked(lambda: iter(tries), str(tmp_path))
     assert done.count == len(tries)
-    assert done.wrong[0:2] == ["crash: SIGSEGV", "null: SystemError: returned NULL"]
+    assert done.wrong[0:2] == ["crash: SIGKILL", "null: SystemError: returned NULL"]
     assert len(done.wrong) == 5
     assert done.wrong[-1] == "end: ends the process with status 3"
     assert done.wrong[2:4] == ["hang: takes over 10 s of processor time", "wait: waits over 60 s"]
