@@ -1,7 +1,8 @@
-"""The Python blocks of docs/porting-vci.md and the README's VCI program do what they are meant to.
+"""The Python blocks of docs/porting-vci.md do what they are meant to.
 
-A block stands behind `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process and on one in
-a process of its own, in fast time; a board of our own talks and listens where a sample needs company.
+The line before a block is `<!-- sample: name -->`. Each test runs one or two of them, on a hub in this process and
+on one in another process, in fast time; another board of the test sends and receives where a sample needs a second
+node.
 """
 
 from __future__ import annotations
@@ -25,13 +26,12 @@ import pytest
 import canwire
 from canwire import Event, vci
 from canwire.boards.config.configuration import Config
-from canwire.boards.config.tables import options
 from canwire.commands import VERBS
 from canwire.vci import net4, v3
 from tests.hubs import serving
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-GUIDE, README = ROOT / "docs" / "porting-vci.md", ROOT / "README.md"
+GUIDE = ROOT / "docs" / "porting-vci.md"
 BLOCK = re.compile(r"^(?:<!-- sample: (\S+) -->\n)?```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LONG = 30.0  # seconds after which something that should happen never will
 
@@ -53,10 +53,8 @@ BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED | vci.CAN_OPMODE_ERRFRA
 
 
 def samples() -> dict[str, str]:
-    """Named blocks of the guide, and those of the README that have a name."""
-    found = dict(BLOCK.findall(GUIDE.read_text(encoding="utf-8")))
-    found |= {name: text for name, text in BLOCK.findall(README.read_text(encoding="utf-8")) if name}
-    return found
+    """Named blocks of the guide."""
+    return dict(BLOCK.findall(GUIDE.read_text(encoding="utf-8")))
 
 
 def fenced(page: Path, language: str) -> list[str]:
@@ -230,7 +228,7 @@ def test_what_is_linked_exists() -> None:
         assert not anchor or anchor in anchors
 
 
-@pytest.mark.parametrize("page", [GUIDE, README], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [GUIDE, ROOT / "README.md"], ids=lambda page: page.name)
 def test_commands_exist(page: Path) -> None:
     lines = [
         line for block in fenced(page, "console") for line in block.splitlines() if line.startswith("$ ")
@@ -258,14 +256,6 @@ def test_the_configuration_is_one() -> None:
     assert config.board[0].serial == "HW123456"
 
 
-def test_the_options_are_all_there() -> None:
-    text = GUIDE.read_text(encoding="utf-8")
-    shown = [line for line in text.splitlines() if line.startswith("| `[[")]
-    for line, one in zip(shown, options(), strict=True):
-        default = "" if one.default in (None, "", ()) else f"`{one.default}`"
-        assert line == f"| `[[{one.table}]] {one.name}` | {one.type} | {default} | {one.help} |"
-
-
 # V4
 
 
@@ -281,6 +271,7 @@ def test_errors(hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> None:
     assert "VCI_E_INVHANDLE (0xE0010007)" in capsys.readouterr().out
 
 
+@pytest.mark.smoke
 @pytest.mark.conforms("X4-05", "X4-06")
 @pytest.mark.finding("vci F1")
 def test_the_first_program(timed_hub: canwire.Hub, capsys: pytest.CaptureFixture[str]) -> None:
@@ -772,13 +763,6 @@ def test_v3_cyclic(port: Port, partner: Port) -> None:
 
 
 # sharing
-
-
-@pytest.mark.smoke
-def test_the_readme_s_program(hub: canwire.Hub, partner: Port) -> None:
-    run("readme")
-    [message] = partner.data(1)
-    assert (message.msg_id, message.data) == (0x123, b"\x11\x22")
 
 
 @pytest.mark.conforms("PL-13")
