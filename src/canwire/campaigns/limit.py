@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import faulthandler
 import os
-import threading
 from collections.abc import Iterator
 
 from canwire.errors import BadValue
+from canwire.platform.time_limit import interrupted_after
 
 GRACE_S = 1.0  # what a run's own `finally` may take before its process is ended
 MOST_S = 1e6
@@ -36,11 +35,8 @@ def at_most(limit_s: float | None) -> Iterator[None]:
     if limit_s is None:
         yield
         return
-    watch = _Watch(limit_s)
-    try:
+    with interrupted_after(limit_s, TooLong):
         yield
-    finally:
-        watch.end()
 
 
 @contextlib.contextmanager
@@ -55,38 +51,3 @@ def process_at_most(limit_s: float | None, grace_s: float = GRACE_S) -> Iterator
             yield
         finally:
             faulthandler.cancel_dump_traceback_later()
-
-
-class _Watch:
-    """Over the thread that makes it, until `end`."""
-
-    def __init__(self, limit_s: float) -> None:
-        self._lock = threading.Lock()
-        self._over = self._late = False
-        self._thread = ctypes.c_ulong(threading.get_ident())
-        self._timer = threading.Timer(limit_s, self._interrupt)
-        self._timer.daemon = True
-        self._timer.start()
-
-    def end(self) -> None:
-        """Nothing is raised from now on; what is to be raised already is raised here.
-
-        It must not be taken back: CPython 3.11 then goes on looking for it at each step of every thread, for ever,
-        and under a profiler goes no further.
-        """
-        self._timer.cancel()
-        with self._lock:
-            self._over = True
-        if self._late:
-            _step()
-            raise TooLong
-
-    def _interrupt(self) -> None:
-        with self._lock:
-            if not self._over:
-                self._late = True
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(self._thread, ctypes.py_object(TooLong))
-
-
-def _step() -> None:
-    """Where the interpreter looks for what it is to raise: at the call."""

@@ -1,4 +1,4 @@
-"""A limit of time for somebody else's parser, which looks at no clock itself."""
+"""A limit of time for code that checks no clock itself: another library's parser, a run of a campaign."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from contextlib import contextmanager
 
 # as they are while this is loaded: in a program that keeps a hub's time, threading's own wait in that time
 _thread, _lock = threading.Thread, threading.Lock
-_raise_in = ctypes.pythonapi.PyThreadState_SetAsyncExc
 
 
 class _OverError(BaseException):
@@ -18,39 +17,61 @@ class _OverError(BaseException):
 
 @contextmanager
 def time_limit(seconds: float, error: Callable[[], Exception]) -> Iterator[None]:
-    """Raises this error where what is done inside takes longer; within one call of C's it waits for that to end.
+    """Raises this error if the code inside takes longer; a single call of C is not interrupted.
 
-    A thread watches the clock; another Python than CPython has no such limit.
+    Another thread watches the clock. Only CPython has such a limit.
     """
-    watch = _Watch(threading.get_ident(), seconds)
     try:
-        with watch:
+        with interrupted_after(seconds, _OverError):
             yield
     except _OverError:
         raise error() from None
 
 
+@contextmanager
+def interrupted_after(seconds: float, error: type[BaseException]) -> Iterator[None]:
+    """Raises `error` in this thread between two steps of Python, if the code inside takes longer than this."""
+    watch = _Watch(seconds, error)
+    try:
+        yield
+    finally:
+        watch.end()
+
+
 class _Watch:
-    def __init__(self, parser: int, seconds: float) -> None:
-        self._parser = ctypes.c_ulong(parser)
+    """Over the thread that makes it, until `end`."""
+
+    def __init__(self, seconds: float, error: type[BaseException]) -> None:
+        self._error = error
+        self._watched = ctypes.c_ulong(threading.get_ident())
         self._seconds = seconds
-        self._over = _lock()  # free once it is over, one way or the other
+        self._ended = _lock()  # free once the watch has ended
         self._turn = _lock()
-        self._ended = False
+        self._over = self._late = False
+        self._ended.acquire()
+        _thread(target=self._watch, name="canwire-time-limit", daemon=True).start()
 
-    def __enter__(self) -> None:
-        self._over.acquire()
-        _thread(target=self._look, name="canwire-time-limit", daemon=True).start()
+    def end(self) -> None:
+        """Nothing is raised from now on; an exception that is on its way is raised here.
 
-    def __exit__(self, *_: object) -> None:
+        It must not be taken back: CPython 3.11 then checks for it at each step of every thread without end, and makes
+        no progress under a profiler or a tracer.
+        """
         with self._turn:
-            self._ended = True
-            _raise_in(self._parser, None)  # what was raised in the last moment is not meant any more
-        self._over.release()
+            self._over = True
+        self._ended.release()
+        if self._late:
+            _step()
+            raise self._error
 
-    def _look(self) -> None:
-        if self._over.acquire(timeout=self._seconds):
+    def _watch(self) -> None:
+        if self._ended.acquire(timeout=self._seconds):
             return
         with self._turn:
-            if not self._ended:
-                _raise_in(self._parser, ctypes.py_object(_OverError))
+            if not self._over:
+                self._late = True
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(self._watched, ctypes.py_object(self._error))
+
+
+def _step() -> None:
+    """Where the interpreter checks for an exception that it has to raise: at the call."""
