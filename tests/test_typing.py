@@ -134,7 +134,7 @@ def without_annotation(function: object) -> list[str]:
 
 def test_the_door_has_functions_to_look_at() -> None:
     names = {name for name, _ in door()}
-    assert {"Lab.can_bus", "LabBus.node", "LabNode.send", "LabLinNode.receive"} <= names
+    assert {"Lab.can_bus", "LabBus.node", "LabNode.expect", "LabLinNode.receive"} <= names
     assert {"parse_frame", "NodeScript.every"} <= names
 
 
