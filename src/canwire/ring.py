@@ -55,7 +55,7 @@ _PLAIN = (
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
 _LARGEST_CAPACITY = 1 << 24
 LARGEST_CAPACITY = _LARGEST_CAPACITY
-# interpreted there is no memory fence, so a signal may be missed: whoever waits looks again this often
+# interpreted there is no memory fence, so a signal may be missed: a waiting end checks again after this time
 RECHECK_S = 0.01 if __file__.endswith(".py") else None
 
 
@@ -63,7 +63,7 @@ _NOWHERE = memoryview(bytearray(HEADER_SIZE + RECORD_SIZE))
 
 
 class Signalled(Protocol):
-    """What wakes the other end: platform.py's EventDescriptor, or what stands in for it."""
+    """What wakes the other end: the EventDescriptor of platform.py, or a substitute."""
 
     def signal(self) -> None: ...
     def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool: ...
@@ -198,7 +198,7 @@ class Ring:
         return True
 
     def put_bytes(self, record: bytes | bytearray | memoryview) -> bool:
-        """Append one 80-byte record as it stands; False if full (counted)."""
+        """Append one 80-byte record unchanged; False if the ring is full (counted)."""
         if len(record) != self.record_size:
             raise BadValue(f"a record has {self.record_size} bytes, not {len(record)}")
         if self.record_size != _RECORD_SIZE:
@@ -331,7 +331,7 @@ class Ring:
     def sleep(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
         """Wait on `event` until at least `threshold` records are there; False on timeout (seconds).
 
-        Whoever signals `event` has `ended` asked: True ends the waiting too.
+        `ended` is called after each signal of `event`: True ends the wait too.
         """
         return self._sleep(_WANTED, self.event, timeout, ended)
 
@@ -342,7 +342,7 @@ class Ring:
     def arm(self) -> None:
         """Have `event` signalled once, at the next write that leaves at least `threshold` records.
 
-        The next after what this end has seen: a write since it last looked (`fill`, or taking) signals at once.
+        The next after what this end has seen: a write since its last check (`fill`, or taking) signals immediately.
         """
         waiting = (self._seen_head - self._words[_TAIL]) & _M64
         missing = self.threshold
@@ -358,7 +358,7 @@ class Ring:
     def arm_free(self) -> None:
         """Have `free_event` signalled once, at the next take that leaves room for `free_threshold` records.
 
-        The next after what this end has seen: a take since it last looked (`free`, or writing) signals at once.
+        The next after what this end has seen: a take since its last check (`free`, or writing) signals immediately.
         """
         waiting = (self._words[_HEAD] - self._seen_tail) & _M64
         missing = self.free_threshold
@@ -455,7 +455,7 @@ class Ring:
 
 
 def own_memory(size: int) -> memoryview:
-    """Anonymous memory, which costs nothing until it is written to; a forked child has a copy of its own."""
+    """Anonymous memory, which costs nothing until it is written to; a forked child has a separate copy."""
     if not hasattr(mmap, "MAP_PRIVATE"):
         return memoryview(mmap.mmap(-1, size))
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
