@@ -294,7 +294,7 @@ MISTAKES: list[tuple[str, str]] = [
     ),
     (
         'bus.node("new", placed)',
-        "BadValue: script Quiet: node can0/tester has this object; give each node one of its own, Quiet()",
+        "BadValue: script Quiet: node can0/tester has this object; give each node a separate one, Quiet()",
     ),
     (
         "Quiet().send(frame)",

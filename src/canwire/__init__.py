@@ -1,4 +1,4 @@
-"""CAN, CAN FD and LIN buses that behave like copper. Everything public is here; nothing deeper is.
+"""CAN, CAN FD and LIN buses that behave like copper. Every public name is in this package.
 
 >>> import canwire
 >>> with canwire.Lab() as lab:
@@ -351,12 +351,12 @@ _NAMES = {
     "values.timing.check": "NodeTiming TimingCheck",
     "values.timing.limits": "TimingLimits",
 }
-"""What stands where. A file is loaded when one of its names is first asked for: who wants a frame pays for no hub.
+"""The names of each file. A file is loaded when a program first uses one of its names: a frame loads no hub.
 
-Errors are there from the start: they are asked for when things go wrong, at the interpreter's end perhaps.
+Errors are loaded with the package: a program may need them while the interpreter shuts down.
 """
 _MODULES = frozenset({"acan", "candrv", "ecus", "ldf", "python_can", "slcan", "vci"})
-"""Programs' views and what needs an extra: not names of the door, but `import canwire; canwire.ldf` finds them."""
+"""Interfaces for programs, and modules that need an extra: not exported, but `canwire.ldf` loads one."""
 _PLACES = {name: place for place, names in _NAMES.items() for name in names.split()}
 
 

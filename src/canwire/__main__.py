@@ -7,10 +7,10 @@ import sys
 
 
 def main() -> int:
-    """Run the command line of this process; its exit status.
+    """Run the command line of this process; returns the exit status.
 
-    While it is being loaded, and once all is given back, Ctrl-C is the system's own: nothing is held that would need
-    an exception, and one in the middle of an import could hang.
+    During imports and after the command, the system handles Ctrl-C: the process holds nothing that it must release,
+    and an exception in the middle of an import could block the process.
     """
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored: to be left alone
     if ours:

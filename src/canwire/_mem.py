@@ -1,7 +1,7 @@
 """Memory below the rings, as ordinary Python; `_mem.pxd` is its compiled twin, function by function.
 
-`words` is a block of 64-bit little-endian words: here a memoryview, compiled a pointer. Whoever
-asks for one keeps the buffer alive for as long as it uses the words.
+`words` is a block of 64-bit little-endian words: here a memoryview, compiled a pointer. The
+caller keeps the buffer alive for as long as it uses the words.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which form of the core runs: the same sources, compiled or interpreted."""
+"""Whether the core runs compiled or interpreted; both forms have the same sources."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Every error canwire raises.
 
 CanwireError
-├── BadValue (also ValueError)     the caller handed in something impossible
+├── BadValue (also ValueError)     an argument has an impossible value
 │   ├── BadFrame                   a frame that no bus could carry
 │   ├── BadTiming                  a bit timing that no controller could run
 │   ├── BadFilter                  an acceptance filter that means nothing
@@ -10,22 +10,22 @@ CanwireError
 │   ├── BadConfig                  a configuration file that no hub could run
 │   ├── BadDescription             a network description (DBC, LDF and so on) that means nothing
 │   └── BadSignals                 signal values that their message cannot carry
-├── LineError                      a line cannot do that now
+├── LineError                      the line cannot do this in its present state
 │   ├── QueueFull                  the transmit queue has no room
-│   ├── Busy                       what was sent before is not over
-│   ├── NotTransmitted             a frame was given up: single shot, abort
+│   ├── Busy                       the previous transmission is not complete
+│   ├── NotTransmitted             a frame was discarded: single shot, abort
 │   ├── BusOff                     the controller left the bus
-│   ├── InUse                      somebody else holds it
-│   │   └── NoChannel              all channels of the line are taken
+│   ├── InUse                      another program holds it
+│   │   └── NoChannel              all channels of the line are in use
 │   ├── NotInitialised             it must be initialised first
-│   ├── WrongState                 not while it is running, active or open
-│   ├── Unsupported                this board cannot do that
+│   ├── WrongState                 not possible while it is running, active or open
+│   ├── Unsupported                this board does not support it
 │   └── NothingHeard               the bus stayed silent
 ├── HubError                       boards that several programs share
 │   ├── HubLost                    the hub is gone
-│   ├── NoSuchBoard                no board by that name or number is plugged in
+│   ├── NoSuchBoard                no board with this name or number is plugged in
 │   ├── Unplugged                  the board was pulled out
-│   ├── LimitReached               a client has as much as one may have, or the hub as much as the system gives
+│   ├── LimitReached               a limit of the client, of the hub or of the system is reached
 │   └── BadMessage                 bytes that mean nothing to the hub, or its client
 ├── Closed                         the object was closed before
 ├── NotIdle                        the bus never came to rest
@@ -40,14 +40,14 @@ from typing import Any
 
 
 class CanwireError(Exception):
-    """Root of the tree above. Every one can be pickled and copied, with its fields, its text and its notes."""
+    """Base class of all errors of canwire. They can be pickled and copied with their fields, text and notes."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (type(self), self.args), self.__dict__ or None
 
 
 class BadValue(CanwireError, ValueError):
-    """A value from the caller that cannot be right; the message says which and why."""
+    """An argument with an impossible value; the message names it and gives the reason."""
 
 
 class BadFrame(BadValue):
@@ -55,7 +55,7 @@ class BadFrame(BadValue):
 
 
 class BadTiming(BadValue):
-    """A bit timing that no controller could run, or a bit rate a clock cannot make."""
+    """A bit timing that no controller could run, or a bit rate that a clock cannot produce."""
 
 
 class BadFilter(BadValue):
@@ -67,7 +67,7 @@ class BadText(BadValue):
 
 
 class BadLog(BadValue):
-    """A file that is no log, or of which nothing can be read; the message names it and the first thing wrong."""
+    """A file that is no log, or of which nothing can be read; the message names it and its first error."""
 
 
 class BadConfig(BadValue):
@@ -79,7 +79,7 @@ class BadDescription(BadValue):
 
 
 class BadSignals(BadValue):
-    """Values that a message cannot carry, or that it lacks; `faults` says by signal what is wrong and what would do."""
+    """Values that a message cannot carry, or that it lacks; `faults` maps each signal to its fault and a remedy."""
 
     def __init__(self, message: str, faults: Mapping[str, str]) -> None:
         super().__init__("; ".join(f"{message}.{name}: {fault}" for name, fault in faults.items()))
@@ -88,11 +88,11 @@ class BadSignals(BadValue):
 
 
 class LineError(CanwireError):
-    """A line cannot do what was asked of it now."""
+    """The line cannot do this in its present state."""
 
 
 class QueueFull(LineError):
-    """The transmit queue has no room; nothing was queued. `why` is what keeps a real adapter off its bus."""
+    """The transmit queue has no room; nothing was queued. `why` is the reason why a real adapter does not send."""
 
     def __init__(self, line: str, capacity: int, why: str = "") -> None:
         told = why or "let the bus run, or ask for a larger queue"
@@ -102,7 +102,7 @@ class QueueFull(LineError):
 
 
 class Busy(LineError):
-    """The transmit buffer is taken; nothing was sent. It is free once the frame in it, and its response, are over."""
+    """The transmit buffer is in use; nothing was sent. It is free after its frame and the response to that frame."""
 
     def __init__(self, line: str) -> None:
         super().__init__(f"{line}: what was sent before is not over; let the bus run, and try again")
@@ -110,7 +110,7 @@ class Busy(LineError):
 
 
 class NotTransmitted(LineError):
-    """A frame was given up before it got through: single shot, abort, or the line was stopped."""
+    """A frame was discarded before it was sent: single shot, abort, or the line was stopped."""
 
     def __init__(self, line: str, frame: object, why: str) -> None:
         super().__init__(f"{line}: {frame} was not transmitted: {why}")
@@ -132,11 +132,11 @@ class BusOff(LineError):
 
 
 class InUse(LineError):
-    """Somebody else holds it; the message says who."""
+    """Another program holds it; the message names that program."""
 
 
 class NoChannel(InUse):
-    """A line has so many channels, and all of them are taken."""
+    """All channels that the line can have are in use."""
 
 
 class NotInitialised(LineError):
@@ -144,35 +144,35 @@ class NotInitialised(LineError):
 
 
 class WrongState(LineError):
-    """Not now: the line is running, the channel is active, or an end is open."""
+    """Not possible now: the line is running, the channel is active, or an end of the FIFO is open, for example."""
 
 
 class Unsupported(LineError):
-    """This board cannot do that."""
+    """This board does not support the operation."""
 
 
 class NothingHeard(LineError):
-    """No valid frame was heard in time."""
+    """No valid frame was received in time."""
 
 
 class HubError(CanwireError):
-    """Something between this program and the boards it shares."""
+    """An error of the hub, or of the connection to it."""
 
 
 class HubLost(HubError):
-    """The hub is gone, and with it every handle; connect again and reopen boards by their hardware id."""
+    """The hub has ended, and all its handles are invalid; connect again and reopen boards by their hardware id."""
 
 
 class NoSuchBoard(HubError, LookupError):
-    """No board, line, bus or FIFO by that name or number."""
+    """No board, line, bus or FIFO has this name or number."""
 
 
 class Unplugged(HubError):
-    """The board was pulled out; replugged, it can be opened again by its hardware id."""
+    """The board was pulled out; once it is plugged in again, open it by its hardware id."""
 
 
 class LimitReached(HubError):
-    """This request needs more than the hub may give: the message says which limit, what is used, how to raise it."""
+    """The request exceeds a limit; the message names the limit, what is in use, and how to raise the limit."""
 
 
 class BadMessage(HubError):
@@ -188,7 +188,7 @@ class Closed(CanwireError):
 
 
 class NotIdle(CanwireError):
-    """The bus never came to rest: the same frames are repeated without success."""
+    """The bus does not become idle: the same frames are repeated without success."""
 
 
 class NotReceived(CanwireError, AssertionError):
@@ -205,7 +205,7 @@ class ExtraMissing(CanwireError, ImportError):
 
 
 def _again(kind: type[CanwireError], args: tuple[Any, ...]) -> CanwireError:
-    """An error of that text without its own `__init__`, which would word the text anew; its fields come later."""
+    """Make an error with this text, without its `__init__`, which would format the text twice; its fields follow."""
     error: CanwireError = super(CanwireError, kind).__new__(kind, *args)
     super(CanwireError, error).__init__(*args)
     return error

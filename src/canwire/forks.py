@@ -1,4 +1,4 @@
-"""What a fork leaves to the process that forked: things that hear of it in the child before all else."""
+"""Objects that belong to the process that forked: the child calls their `leave_to_parent` first of all."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from weakref import WeakSet
 
 
 class Forked(Protocol):
-    """What belongs to the process that made it. `leave_to_parent` takes no lock: its holder may not be there."""
+    """An object of the process that made it. `leave_to_parent` takes no lock: no thread of the child may hold it."""
 
     def leave_to_parent(self) -> None:
-        """In the child: say so at each use from now on, and take and write nothing that is the parent's."""
+        """In the child: raise an error at each later use, and read and write nothing of the parent."""
 
 
 class HasFileno(Protocol):
-    """A file of the system's."""
+    """A file with a descriptor."""
 
     def fileno(self) -> int: ...
 
@@ -26,23 +26,23 @@ def hear_of_forks(thing: Forked) -> None:
 
 
 def lead_nowhere(file: HasFileno) -> None:
-    """In the child: what this file still writes, when it is collected, does not come into the parent's."""
+    """In the child: lead what this file writes when it is collected to nowhere, not into the file of the parent."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, file.fileno(), inheritable=False)
     os.close(nowhere)
 
 
 def reopen(file: HasFileno) -> None:
-    """In the child: a place in the file of its own, where both would go on from the one that the other has left.
+    """In the child: get a separate file position, since parent and child would share one.
 
-    Raises OSError where the system does not open it anew.
+    Raises OSError if the system cannot reopen the file.
     """
     number = file.fileno()
     place = os.lseek(number, 0, os.SEEK_CUR)
-    anew = os.open(f"/proc/self/fd/{number}", os.O_RDONLY)
-    os.lseek(anew, place, os.SEEK_SET)
-    os.dup2(anew, number, inheritable=False)
-    os.close(anew)
+    reopened = os.open(f"/proc/self/fd/{number}", os.O_RDONLY)
+    os.lseek(reopened, place, os.SEEK_SET)
+    os.dup2(reopened, number, inheritable=False)
+    os.close(reopened)
 
 
 _LIVING: WeakSet[Forked] = WeakSet()

@@ -1,4 +1,4 @@
-"""Virtual time that is held to the wall clock: it passes so many times as quickly, and never more so."""
+"""Virtual time at a given pace: it passes at most `factor` times as quickly as the wall clock."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import time
 
 from canwire.timeline import NEVER, Timeline
 
-LATE_NS = 100_000_000  # of the clock: what time is late by beyond this is left out, not made up for
-_LONGEST_WAIT_S = 3600.0  # systems do not count for ever
-_LOOK_S = 0.02  # of the clock: who rests sees that often whether the pace is another one
+LATE_NS = 100_000_000  # of the wall clock: a longer delay is skipped, not made up for
+_LONGEST_WAIT_S = 3600.0  # systems limit the length of a wait
+_LOOK_S = 0.02  # of the wall clock: how often a waiting thread checks whether the pace has changed
 
 
 class HeldTime:
-    """`factor` is how many seconds pass in one of the clock; 0: time passes as quickly as it can.
+    """`factor` is the number of virtual seconds in one second of the wall clock; 0: as quickly as possible.
 
-    While a program computes time stands, so it falls behind the clock. A little of that is made up for; after a
-    breakpoint, a suspended machine, or with buses that are slower than the clock, time continues from where it was.
+    Virtual time does not pass while the program computes, so it falls behind the clock. Delays up to `LATE_NS` are
+    made up for. After longer ones (a breakpoint, a suspended machine, slow buses) time continues from where it was.
     """
 
     def __init__(self) -> None:
@@ -24,11 +24,11 @@ class HeldTime:
         self._rest_s = 0.0
 
     def hold(self, factor: float) -> None:
-        """From now on, in place of what was."""
+        """Use this factor from now on."""
         self.factor, self._began = factor, None
 
     def limit_ns(self, now_ns: int, next_ns: int, clock_ns: int) -> int:
-        """Until when time may pass at this moment of the clock; it is `now_ns`, and `next_ns` is what it waits for."""
+        """The limit up to which time may pass at `clock_ns`; it is `now_ns` now, and `next_ns` is the next event."""
         if not self.factor:
             return NEVER
         if self._began is None:
@@ -43,7 +43,7 @@ class HeldTime:
         """How long such a span lasts by the clock."""
         return min(span_ns / self.factor / 1e9, _LONGEST_WAIT_S) if self.factor else 0.0
 
-    # for who lets time pass in its own thread
+    # for code that lets time pass in its thread
 
     @property
     def resting(self) -> bool:
@@ -51,7 +51,7 @@ class HeldTime:
         return self._rest_s > 0
 
     def run(self, timeline: Timeline, until_ns: int) -> bool:
-        """Timeline.run_until as far as it may pass at this moment; where that is not far enough, `rest` is next."""
+        """Timeline.run_until, up to the limit at this moment; False if that is too early: call `rest` next."""
         self._rest_s = 0.0
         limit_ns = self._limit_now_ns(timeline, until_ns)
         if limit_ns >= until_ns:
@@ -62,7 +62,7 @@ class HeldTime:
         return False
 
     def rest(self) -> bool:
-        """Wait by the clock until more time may pass, if the last run was cut short for that; was it?"""
+        """Wait until more time may pass, if the limit cut the last run short; returns whether it did."""
         rest_s, self._rest_s = self._rest_s, 0.0
         if rest_s > 0:
             time.sleep(rest_s)

@@ -20,7 +20,7 @@ _COURTESY_S = 0.02  # how long the engine waits for a caller whom the system doe
 class Pacer:
     """Runs a timeline so that its nanoseconds pass like the monotonic clock's.
 
-    Whoever touches the timeline or anything on it does so in `holding`, and calls `wake` after adding work. Happenings
+    Code that uses the timeline or anything on it does so in `holding`, and calls `wake` after adding work. Happenings
     that are late run for `SLICE_NS` at most before all callers that wait have had their turn. Once they are later than
     `LARGEST_GAP_NS`, the timeline leaves that time out: it is counted in `skipped_ns`, and `when_late` is called.
 
@@ -39,7 +39,7 @@ class Pacer:
         self._lateness: list[int] = []
         self._monotonic_ns = clock_ns
         self._origin_ns = clock_ns() - timeline.now_ns
-        self._latest_ns = 0  # no time that was told is taken back
+        self._latest_ns = 0  # the reported time never goes backwards
         self._make_locks()
         self._thread = threading.Thread(target=self._run, name="canwire-pacer", daemon=True)
         self._thread.start()
@@ -50,13 +50,13 @@ class Pacer:
         return self._latest_ns
 
     def behind_ns(self) -> int:
-        """How late the happening is that is due; 0 where none is."""
+        """How late the next happening is; 0 if none is due."""
         with self.holding():
             return max(0, self._late_ns())
 
     @contextmanager
     def holding(self) -> Iterator[None]:
-        """Nothing happens on the timeline meanwhile. An engine that is late lets everybody in who asked."""
+        """Nothing happens on the timeline meanwhile. An engine that is late lets all waiting threads in."""
         asked = object()
         self._asked.add(asked)
         try:
@@ -82,7 +82,7 @@ class Pacer:
         self._ring()
 
     def wait(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Block until `ready` holds (looked at when something has happened) or `timeout` seconds are over."""
+        """Block until `ready` holds (checked after each happening) or `timeout` seconds are over."""
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             bell = threading.Lock()
@@ -121,7 +121,7 @@ class Pacer:
             return list(self._lateness)
 
     def check(self) -> None:
-        """Raise what went wrong in a callback, if anything did."""
+        """Raise the error of a callback, if one failed."""
         if self._failure is not None:
             raise self._failure
 
@@ -198,7 +198,7 @@ class Pacer:
         return 0
 
     def _let_in(self) -> None:
-        """Whoever has asked for the timeline by now has it before the engine goes on."""
+        """Let all threads that are waiting for the timeline use it before the engine continues."""
         asked = set(self._asked)
         if asked:
             self._letting_in = True
@@ -211,7 +211,7 @@ class Pacer:
         self._ring()
 
     def leave_to_parent(self) -> None:
-        """In a forked child: the engine is the parent's, and whoever held the locks is not here."""
+        """In a forked child: the engine belongs to the parent, and the holders of the locks do not exist here."""
         self._make_locks()
         self._stopping = self._forked = True
         self._fail(CanwireError("this lab belongs to the process that was forked; make another in this one"))

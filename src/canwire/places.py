@@ -1,4 +1,4 @@
-"""Where a user's sockets live, and what shall outlive the programs that made it."""
+"""The directories for a user's sockets, and for files that remain after the programs end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 
 def runtime_directory() -> str:
-    """Where this user's sockets live: XDG_RUNTIME_DIR, else a directory of the user's own in the temporary one."""
+    """The directory for this user's sockets: XDG_RUNTIME_DIR, or a private directory in the temporary directory."""
     given = os.environ.get("XDG_RUNTIME_DIR")
     if given and os.path.isdir(given):
         _check_given(given)
@@ -32,7 +32,7 @@ def runtime_directory() -> str:
 
 
 def _check_given(path: str) -> None:
-    """Raises PermissionError where somebody else could put a socket in the place of ours."""
+    """Raises PermissionError if another user could replace our sockets."""
     if not hasattr(os, "getuid"):
         return
     state = os.stat(path)
@@ -45,7 +45,7 @@ def _check_given(path: str) -> None:
 
 
 def state_directory() -> str:
-    """Where this user's programs keep what shall outlive them: XDG_STATE_HOME, ~/.local/state, or the system's own."""
+    """The directory for files that remain after programs end: XDG_STATE_HOME, ~/.local/state, or the system's."""
     if sys.platform == "win32":
         usual = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
     elif sys.platform == "darwin":
@@ -58,7 +58,7 @@ def state_directory() -> str:
 
 @contextlib.contextmanager
 def locked_directory(path: str) -> Iterator[None]:
-    """Keep every other program out that asks for the same directory; it goes with the process, if need be."""
+    """Lock the directory against other programs that call this; the lock ends with the process at the latest."""
     import fcntl  # not everywhere, and needed by hubs on Unix sockets alone
 
     descriptor = os.open(path, os.O_RDONLY)

@@ -10,8 +10,8 @@
             assert reader.recv(1).is_error_frame
             assert reader.recv(1).arbitration_id == 0x123
 
-A test that fails shows the faults of its hub, how often they struck, and every line that was set up. pytest_plugin.py
-has pytest load this module; nothing of canwire's machinery is imported before a test asks for it.
+The report of a failed test shows the faults of its hub, how often each occurred, and every line that was set up.
+pytest_plugin.py has pytest load this module, which imports the rest of canwire only when a test uses a fixture.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _HUB: pytest.StashKey[Hub] = pytest.StashKey()
 
 @pytest.fixture
 def canwire_hub(request: pytest.FixtureRequest) -> Iterator[Hub]:
-    """A hub of this test alone, inside it, with the usual boards (canwire.toml's, if there is one), in virtual time.
+    """A private hub for this test, in virtual time, with the boards of canwire.toml, or else the default boards.
 
-    Every interface takes it: `can.Bus(..., hub=canwire_hub)`, `vci.initialize(canwire_hub)` and so on. The test and the
-    threads that it starts wait and tell the time by this hub (canwire.in_time).
+    Every interface accepts it: `can.Bus(..., hub=canwire_hub)`, `vci.initialize(canwire_hub)` for example. The test
+    and the threads that it starts use the time of this hub for waits and clocks (canwire.in_time).
     """
     from canwire import connect, in_time
 
@@ -43,7 +43,7 @@ def canwire_hub(request: pytest.FixtureRequest) -> Iterator[Hub]:
 
 @pytest.fixture
 def canwire_faults(canwire_hub: Hub) -> CanBusFaults:
-    """What goes wrong on the first CAN bus of `canwire_hub`; of others: `canwire_hub.bus("can1").faults`."""
+    """The faults of the first CAN bus of `canwire_hub`; for another bus: `canwire_hub.bus("can1").faults`."""
     from canwire import every_line
 
     return canwire_hub.bus(every_line(canwire_hub, "CAN")[0].info.bus).faults
@@ -53,7 +53,7 @@ def canwire_faults(canwire_hub: Hub) -> CanBusFaults:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """The faults and lines of the hub, in the report of a test that failed (in teardown they are gone already)."""
+    """Add the faults and lines of the hub to the report of a failed test (in teardown they are gone already)."""
     report = yield
     hub = item.stash.get(_HUB, None)
     if hub is not None and not hub.lost and report.failed and report.when != "teardown":

@@ -5,17 +5,17 @@
         tester.send(Frame(0x7DF, b"\\x02\\x01\\x0d"))
         tester.expect(0x7E8, within=0.05)
 
-Their full names are `canwire_lab`, `canwire_bus` and `canwire_lin_bus`; the short ones are left to others with
+Their full names are `canwire_lab`, `canwire_bus` and `canwire_lin_bus`. To use the short names for other fixtures:
 
     [tool.pytest.ini_options]
     canwire_short_fixtures = false
 
-`canwire_lockstep({"ecu": TEXT, "tester": TEXT})` runs programs in processes of their own that keep one virtual time,
-the same every time (docs/time.md).
+`canwire_lockstep({"ecu": TEXT, "tester": TEXT})` runs programs in separate processes that share one virtual time,
+with the same result in every run (docs/time.md).
 
 A test that fails shows, for every bus of its lab, the last frames with their senders and each node's state.
-Pytest loads this module by itself wherever canwire is installed, so nothing of canwire's machinery
-is imported here before a test asks for it.
+Pytest loads this module wherever canwire is installed, so the module imports the rest of canwire only
+when a test uses a fixture.
 """
 
 from __future__ import annotations
@@ -39,21 +39,21 @@ _SHORT = "canwire_short_fixtures"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """One ini option."""
+    """Add one ini option."""
     parser.addini(
         _SHORT, "offer lab, can_bus and lin_bus for canwire_lab, canwire_bus, canwire_lin_bus", "bool", True
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The short names, unless the project wants them for fixtures of its own."""
+    """Offer the short names, unless the project uses them for other fixtures."""
     if config.getini(_SHORT):
         config.pluginmanager.register(_ShortNames(), "canwire-short-fixtures")
 
 
 @pytest.fixture
 def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
-    """A bench in virtual time, closed after the test; its buses remember their last frames."""
+    """A lab in virtual time, closed after the test; its buses keep their last frames."""
     bench = _remembering_lab()
     request.node.stash[_LAB] = bench
     with bench:
@@ -62,11 +62,11 @@ def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
 
 @pytest.fixture
 def canwire_lockstep(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str, str]]:
-    """Run programs that keep one time, on a hub of each call's own; what each has printed, by name.
+    """Run programs in lockstep on a new hub for each call; returns the output of each program by name.
 
-    `canwire_lockstep(programs, timeout=60)`: Python programs as text by their names, in the order of their turns. They
-    find their hub as ever (canwire.toml's, or the usual boards). AssertionError, with what it printed last, for one
-    that fails, and with the hub's words if they have not all ended within `timeout` seconds of the clock.
+    `canwire_lockstep(programs, timeout=60)`: `programs` maps names to the text of Python programs, in the order of
+    their turns. The hub has the boards of canwire.toml, or the default boards. Raises AssertionError, with the errors
+    printed by the program and by the hub, if a program fails or does not end within `timeout` seconds of real time.
     """
 
     def run(programs: Mapping[str, str], timeout: float = 60.0) -> dict[str, str]:
@@ -143,7 +143,7 @@ def canwire_lin_bus(canwire_lab: Lab) -> LabLinBus:
 
 
 class _ShortNames:
-    """The same fixtures, as tests call them in most projects."""
+    """The same fixtures under short names."""
 
     @pytest.fixture
     def lab(self, canwire_lab: Lab) -> Lab:
@@ -165,7 +165,7 @@ class _ShortNames:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """What was on the buses, in the report of a test that failed (in teardown they are closed already)."""
+    """Add the frames on the buses to the report of a failed test (in teardown the buses are closed already)."""
     report = yield
     bench = item.stash.get(_LAB, None)
     if bench is not None and report.failed and report.when != "teardown":
@@ -193,7 +193,7 @@ def describe(bus: LabBus) -> str:
 
 
 def describe_lin(bus: LabLinBus) -> str:
-    """The same of a LIN bus; who answered stands behind each frame."""
+    """The last frames of a LIN bus, each followed by the node that answered, and the state of its nodes."""
     from canwire import LinLogLine, format_lin_log_line
 
     lines = []

@@ -55,7 +55,7 @@ _PLAIN = (
 _M64 = (1 << 64) - 1  # counters wrap; only their differences count
 _LARGEST_CAPACITY = 1 << 24
 LARGEST_CAPACITY = _LARGEST_CAPACITY
-# interpreted there is no memory fence, so a signal may be missed: whoever waits looks again this often
+# interpreted there is no memory fence, so a signal may be missed: a waiting end checks again after this time
 RECHECK_S = 0.01 if __file__.endswith(".py") else None
 
 
@@ -63,7 +63,7 @@ _NOWHERE = memoryview(bytearray(HEADER_SIZE + RECORD_SIZE))
 
 
 class Signalled(Protocol):
-    """What wakes the other end: platform.py's EventDescriptor, or what stands in for it."""
+    """What wakes the other end: the EventDescriptor of platform.py, or a substitute."""
 
     def signal(self) -> None: ...
     def wait_for(self, settled: Callable[[], bool], timeout: float | None, recheck: float | None) -> bool: ...
@@ -455,7 +455,7 @@ class Ring:
 
 
 def own_memory(size: int) -> memoryview:
-    """Anonymous memory, which costs nothing until it is written to; a forked child has a copy of its own."""
+    """Anonymous memory, which costs nothing until it is written to; a forked child has a separate copy."""
     if not hasattr(mmap, "MAP_PRIVATE"):
         return memoryview(mmap.mmap(-1, size))
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)

@@ -195,7 +195,7 @@ class Timeline:
         return soonest
 
     def _sweep(self) -> None:
-        """Cancelled timers go before their time: else whoever sets and cancels far ones fills the memory."""
+        """Remove cancelled timers early: a program that sets and cancels distant ones would fill the memory."""
         self._timers = [entry for entry in self._timers if entry[2].callback is not None]
         heapify(self._timers)
         self._most_timers = max(_FEW, 2 * len(self._timers))

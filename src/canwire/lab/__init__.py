@@ -1,4 +1,4 @@
-"""The test bench: buses and nodes in three lines, virtual time by default, faults at will."""
+"""The lab, a test bench in a program: buses, nodes and faults, in virtual time by default."""
 
 from canwire.lab.bench import Lab
 from canwire.lab.can.bus import LabBus, LabNode

@@ -1,4 +1,4 @@
-"""The bench itself: the buses on one timeline."""
+"""The lab: buses on one timeline."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _LONGEST_DELAY_NS = 1e6
 class Lab(LabTime):
     """Any number of buses on one timeline.
 
-    `time` is "virtual" (jumps from one happening to the next, as fast as it can) or "real" (follows the
-    wall clock, in a thread of its own). Everything random comes from `seed`: the same script gives the
-    same bytes.
+    `time` is "virtual" (jumps from one event to the next, as fast as possible) or "real" (follows the wall
+    clock, in a separate thread). All random values come from `seed`: the same script gives the same
+    bytes.
 
     >>> with Lab() as lab:
     ...     bus = lab.can_bus("can0", bit_rate=500_000)
@@ -71,8 +71,8 @@ class Lab(LabTime):
     ) -> LabBus:
         """A new bus. Rates in bit/s; `data_bit_rate` (or `data_timing`) makes it a CAN FD bus.
 
-        Exact timings win over rates. `length_m` is the cable's length, `node_delay_ns` what an isolated node
-        adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
+        Exact timings override rates. `length_m` is the length of the cable, `node_delay_ns` the delay that an
+        isolated node adds in each direction (75 for one 6N137 opto-coupler). Raises BadTiming for rates that the 80 MHz
         clock of the lab's controllers cannot make, BadValue for a name that is taken.
         """
         if unknown:
@@ -118,12 +118,12 @@ class Lab(LabTime):
         return bus
 
     def serve(self, address: str | None = None, *, boards: Sequence[str] = ("usb-to-can-fd",)) -> str:
-        """Let programs share the buses that there are now, until the lab is closed; the socket's address.
+        """Share the present buses with other programs until the lab is closed; returns the address of the socket.
 
-        They connect by `canwire.connect(address)` (None: this user's usual hub's) and find `boards` of these kinds,
-        whose lines are on the lab's first CAN and LIN buses, and may plug in more. Time must be "real"; calls to that
-        hub from a script's callbacks would wait for themselves. Raises BadValue, NoSuchBoard, HubError where another
-        hub listens.
+        Programs connect with `canwire.connect(address)` (None: the address of this user's default hub). They find
+        boards of the kinds `boards`, with lines on the first CAN and LIN bus of the lab, and can plug in more. Time
+        must be "real". A callback of a script must not call this hub: it would block. Raises BadValue, NoSuchBoard,
+        and HubError if another hub uses the address.
         """
         from canwire.lab.serving import Serving  # what the lab alone needs no messages for
 
@@ -136,10 +136,10 @@ class Lab(LabTime):
         return self._serving.address
 
     def hub(self) -> Hub:
-        """A hub on this lab's buses, in its time, for programs of this process that use other interfaces.
+        """A hub on the buses and in the time of this lab, for code of this process that uses other interfaces.
 
-        `can.Bus(interface="canwire", channel=lab.buses["can0"])` takes it by itself. It has no boards until some are
-        plugged in: `vci.initialize(lab.hub())` after `lab.hub().plug("usb-to-can-fd", buses=("can0", "can0", ""))`.
+        `can.Bus(interface="canwire", channel=lab.buses["can0"])` uses it automatically. It has no boards until some
+        are plugged in: `vci.initialize(lab.hub())` after `lab.hub().plug("usb-to-can-fd", buses=("can0", "can0", ""))`.
         """
         from canwire.lab.hub import LabHub  # what the lab alone needs no messages for
 
@@ -152,7 +152,7 @@ class Lab(LabTime):
 
     @property
     def company(self) -> Company | None:
-        """The threads of this program that keep this time together (canwire.in_time)."""
+        """The threads of this program that share this time (canwire.in_time)."""
         return self._company
 
     @company.setter
@@ -186,7 +186,7 @@ class Lab(LabTime):
                 node.leave_to_parent()
 
     def _made(self, bus: BenchBus[Any, Any, Any]) -> None:
-        """A bus is there; for labs that look at all of theirs."""
+        """Called with each new bus, for subclasses."""
 
     def _stalled(self) -> str | None:
         for bus in self.buses.values():

@@ -1,4 +1,4 @@
-"""What a bus on the bench is, whatever runs over it: nodes by name, load, and a trace of its level."""
+"""What CAN and LIN buses of a lab have in common: nodes by name, the bus load, and a trace of the level."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WireT = TypeVar("WireT", bound=CanBus | LinBus)
 
 
 class BenchBus(Generic[NodeT, FrameT, WireT]):
-    """One bus on `wire`; its kind puts nodes on it."""
+    """One bus on `wire`; subclasses put nodes on it."""
 
     def __init__(self, time: LabTime, name: str, wire: WireT) -> None:
         self.name = name
@@ -33,17 +33,17 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
 
     @property
     def load(self) -> float:
-        """Busy time over elapsed time in the last second, 0..100 %."""
+        """Bus load in the last second, 0..100 %: busy time divided by elapsed time."""
         return self.wire.account().percent(self.time.now_ns)
 
     @property
     def mean_load(self) -> float:
-        """The same since the lab began."""
+        """Bus load since the lab began, 0..100 %."""
         return 100.0 * self.wire.busy_ns() / max(1, self.time.now_ns)
 
     @property
     def peak_load(self) -> float:
-        """The busiest 100 ms so far, 0..100 %."""
+        """Largest bus load in 100 ms so far, 0..100 %."""
         return self.wire.account().peak()
 
     def trace_levels(self, path: str | Path) -> None:
@@ -64,7 +64,7 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
             file.close()
 
     def recent(self) -> list[tuple[str, FrameT]]:
-        """Sender and frame of the last frames, as far as `remember` asked for them."""
+        """Sender and frame of the last frames; empty unless `remember` was called before."""
         return [] if self._tap is None else self._tap.frames()
 
     def remember(self, limit: int) -> None:
@@ -72,7 +72,7 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         raise NotImplementedError
 
     def tell(self, witness: Witness) -> None:
-        """Call `witness(sender, record, time in ns)` for each frame that goes through, beside what is remembered."""
+        """Call `witness(sender, record, time in ns)` for each transmitted frame; `remember` continues to work."""
         if self._tap is None:
             self.remember(0)
         if self._tap is not None:
@@ -84,14 +84,14 @@ class BenchBus(Generic[NodeT, FrameT, WireT]):
         self._tap = tap
 
     def close(self) -> None:
-        self._closes = True  # who took part can still be looked at afterwards
+        self._closes = True  # the nodes remain in `nodes`, for use after the end
         with self.time.touch():
             self.end_trace()
             for node in self.nodes.values():
                 node.close()
 
     def forget(self, node: NodeT) -> None:
-        """A node has been closed: its name is free, and nothing of it stays on the wire."""
+        """Remove a closed node from the wire, and free its name."""
         if not self._closes and self.nodes.get(node.name) is node:
             with self.time.touch():
                 del self.nodes[node.name]

@@ -1,6 +1,6 @@
-"""asyncio in virtual time: a loop whose clock is the lab's. When every task waits, the next thing happens on the bench.
+"""asyncio in virtual time: a loop whose clock is the lab's. When every task waits, the lab's time passes.
 
-So `asyncio.sleep(3600)` takes no time, and ends exactly an hour of the lab later.
+`asyncio.sleep(3600)` takes no real time, and ends after exactly one hour of the lab's time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ResultT = TypeVar("ResultT")
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """`time()` is the timeline's, in seconds."""
+    """`time()` returns the time of the timeline in seconds."""
 
     def __init__(self, timeline: Timeline, held: HeldTime, kick: Callable[[], object]) -> None:
         self.timeline = timeline
@@ -31,12 +31,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self.timeline.now_ns / 1e9
 
     async def shutdown_default_executor(self, timeout: float | None = None) -> None:
-        """Threads take the computer's time: from Python 3.12 on 300 s of the lab's would be over before they end."""
+        """Wait without a timeout: threads need real time, but the 300 s of Python 3.12 and newer would be virtual."""
         await super().shutdown_default_executor()
 
 
 class _PassingTime(DefaultSelector):
-    """Where the loop would sleep, the timeline goes on: to the next happening there, but no longer than that sleep."""
+    """A selector that lets virtual time pass instead of sleeping: up to the next event or the timeout of the sleep."""
 
     def __init__(self, timeline: Timeline, held: HeldTime, kick: Callable[[], object]) -> None:
         super().__init__()
@@ -65,6 +65,6 @@ def run(
     main: Coroutine[Any, Any, ResultT],
     kick: Callable[[], object] = lambda: None,
 ) -> ResultT:
-    """As asyncio.run, in the timeline's time; `kick` is called before it passes."""
+    """Run `main` like asyncio.run, in the time of the timeline; `kick` is called before time passes."""
     with asyncio.Runner(loop_factory=lambda: VirtualLoop(timeline, held, kick)) as runner:
         return runner.run(main)

@@ -1,4 +1,4 @@
-"""A hub in a lab's own process and time: through it programs for other interfaces share the lab's buses."""
+"""A hub in the process and time of a lab: through it, code for other interfaces uses the buses of the lab."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from canwire.timeline import Timeline
 
 
 class LabHub:
-    """`handle` is the connection to it. No board is plugged in at first; `add` tells it of a bus that was made."""
+    """`handle` is the connection to the hub. It has no boards at first; `add` makes new buses known to it."""
 
     def __init__(self, timeline: Timeline, held: HeldTime, pacer: Pacer | None) -> None:
         self._wires: dict[str, CanBus | LinBus] = {}
@@ -43,7 +43,7 @@ class LabHub:
         self.handle = Hub(LocalLink(self._engine, "lab"))
 
     def add(self, buses: Mapping[str, LabBus | LabLinBus]) -> None:
-        """Those that it does not know yet."""
+        """Add the buses that the hub does not know yet."""
         for name, bus in buses.items():
             if name not in self._wires:
                 self._wires[name], self._faults[name] = bus.wire, bus.faults
@@ -51,12 +51,12 @@ class LabHub:
                 self._engine.call(partial(self._world.add_bus, known))
 
     def kick(self) -> None:
-        """Time begins to pass: look at what programs have queued."""
+        """Send what programs have queued, before time passes."""
         with suppress(HubLost):
             self._engine.call(self._world.kick_all)
 
     def close(self) -> None:
-        """Every handle on it raises HubLost from now on; its boards leave the buses."""
+        """End the hub: its boards leave the buses, and its handles raise HubLost from now on."""
         with suppress(HubLost):
             self._engine.call(self._unplug)
         self.handle.close()

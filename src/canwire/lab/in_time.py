@@ -1,4 +1,4 @@
-"""`with in_time(hub)`: the standard library's waits and clocks are the hub's, for this thread and those it starts."""
+"""`with in_time(hub)`: waits and clocks of the standard library use the hub's time in this thread and its children."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ if TYPE_CHECKING:
 
 @contextmanager
 def in_time(hub: Hub | Lab) -> Iterator[None]:
-    """Within it this thread, and those that it starts, wait and tell the time by a hub or a lab in virtual time.
+    """Use the virtual time of a hub or a lab for waits and clocks, in this thread and the threads that it starts.
 
-    time.sleep and the clocks of `time`, threading, queue, select, selectors, asyncio and concurrent.futures are meant,
-    whoever calls them: python-can's Notifier and its cyclic tasks, can-isotp, canopen. The threads run one at a time,
-    always in the same order, and time passes while all of them wait. Make buses, queues and locks within it. Calls in
-    C that wait for something else (a socket, another process) keep their thread's turn; `with hub.away():` gives it up.
+    This replaces time.sleep, the clocks of `time`, threading, queue, select, selectors, asyncio and concurrent.futures,
+    also in libraries: the Notifier and cyclic tasks of python-can, can-isotp, canopen. The threads run one at a time,
+    always in the same order, and time passes while all of them wait. Make buses, queues and locks inside the `with`
+    block. A call in C that waits for something else (a socket, another process) blocks the other threads, unless it is
+    inside `with hub.away():`.
 
-    Where time is real nothing changes. Raises WrongState for a hub in fast time, for one in lockstep in whose time this
-    program does not take part, and inside another hub's time.
+    In real time nothing changes. Raises WrongState for a hub in fast time, for a hub in lockstep if this program does
+    not take part in it, and inside the time of another hub.
     """
     keeper = hub.keeper()
     me = current()

@@ -1,4 +1,4 @@
-"""How the threads of a program let a lab's virtual time pass (canwire.in_time)."""
+"""Lets the virtual time of a lab pass for the threads of a program (canwire.in_time)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LabKeeper:
         return self._timeline.now_ns
 
     def leave(self) -> None:
-        """Nobody else is held up."""
+        """Do nothing: no other program waits for this one."""
 
     def rejoin(self) -> None:
-        """See `leave`."""
+        """Do nothing, like `leave`."""

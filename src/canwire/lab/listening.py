@@ -1,4 +1,4 @@
-"""Being told of what arrives in a ring, beside whoever is told already."""
+"""A temporary second listener for records that arrive in a ring."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from canwire.ring import Ring
 
 
 class Listening:
-    """For as long as somebody waits, arrivals also call `callback`."""
+    """Inside the `with` block, `callback` is called after the previous listener of the ring."""
 
     def __init__(self, ring: Ring, callback: Callable[[], None]) -> None:
         self._ring = ring

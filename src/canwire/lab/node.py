@@ -1,4 +1,4 @@
-"""What a node on the bench is, whatever bus it is on: it has a name and hears frames; with or without asyncio."""
+"""What CAN and LIN nodes of a lab have in common: a name, and received frames, with or without asyncio."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _SHOWN = 5  # of the frames that came instead
 
 @answers_wrong_names
 class BenchNode(Generic[FrameT, BusT]):
-    """Hears what comes into `ring`, of which `take` gives the oldest frame, or None. Errors call it by `full_name`.
+    """Receives frames through `ring`; `take` returns its oldest frame, or None. Errors name it by `full_name`.
 
-    What it is on is a parameter of its type: buses make nodes and know them, nodes here know no bus.
+    The type of its bus is a parameter: bus classes depend on node classes, not the reverse.
     """
 
     def __init__(
@@ -58,20 +58,20 @@ class BenchNode(Generic[FrameT, BusT]):
         return frame
 
     def receive_many(self, limit: int) -> list[FrameT]:
-        """Up to `limit` frames, oldest first; takes only what is there."""
+        """Up to `limit` frames, oldest first, without waiting."""
         frames: list[FrameT] = []
         while len(frames) < limit and (frame := self._take()) is not None:
             frames.append(frame)
         return frames
 
     def each_frame(self, use: Callable[[FrameT], object]) -> None:
-        """Hand over what has been received, and what comes meanwhile, oldest first."""
+        """Call `use` with each received frame, oldest first, also with frames that arrive during these calls."""
         take = self._take
         while (frame := take()) is not None:
             use(frame)
 
     async def receive_async(self, timeout: float | None = None) -> FrameT | None:
-        """The oldest frame, waiting for one; None after `timeout` seconds. Cancelled, it takes nothing."""
+        """Wait for the oldest frame; None after `timeout` seconds. A cancelled call removes no frame from the queue."""
         deadline_ns = NEVER if timeout is None else self.time.now_ns + nanoseconds("timeout", timeout)
         with Listening(self._ring, self.time.active):
             while True:
@@ -95,28 +95,28 @@ class BenchNode(Generic[FrameT, BusT]):
 
     @property
     def waiting(self) -> int:
-        """Frames received and not read."""
+        """Number of frames received but not read yet."""
         return self._ring.fill()
 
     def on_frames(self, callback: Callable[[], None] | None) -> None:
-        """Call back, within the bus's run, when the empty receive queue gets a frame; None ends it."""
+        """Call `callback`, while the bus runs, when the empty receive queue gets a frame; None removes it."""
         self._ring.listener = callback
 
     # taking part
 
     def close(self) -> None:
-        """Leave the bus for good; a second time does nothing."""
+        """Leave the bus permanently; a second call does nothing."""
         if not self._closed:
             self._closed = True
             self._leave()
             self.time.active()
 
     def _leave(self) -> None:
-        """Off the bus, without holding the timeline: whoever closes the bus does."""
+        """Leave the bus; the caller holds the timeline."""
         raise NotImplementedError
 
     def _expect(self, wanted: Callable[[FrameT], bool], what: str, within: float) -> FrameT:
-        """The first frame that is `wanted`, dropping others; raises NotReceived, naming `what` did not come."""
+        """The first frame that is `wanted`, discarding others; raises NotReceived with `what` in its message."""
         deadline_ns = self.time.now_ns + nanoseconds("within", within)
         others: list[FrameT] = []
         while True:
@@ -136,7 +136,7 @@ class BenchNode(Generic[FrameT, BusT]):
             self.time.advance(deadline_ns, lambda: self._ring.fill() > 0)
 
     def leave_to_parent(self) -> None:
-        """In a forked process, for a lab in real time: every use says whose it is."""
+        """In a process forked from a lab in real time: each later use raises an error that names the owner."""
         self._closed = True
 
     def _check_open(self) -> None:

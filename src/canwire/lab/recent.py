@@ -1,4 +1,4 @@
-"""The last frames of a bus, with who sent them."""
+"""The last frames of a bus, with their senders."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST_KEPT = 1 << 24  # frames
 
 
 class Recent(Generic[FrameT]):
-    """Keeps frames as the bytes they came in; `frame` of the kind of bus makes frames of them when asked."""
+    """Keeps frames as bytes; `frames` converts them by the method `frame` of the subclass."""
 
     def __init__(self, limit: int) -> None:
         self._kept: deque[tuple[str, bytes, int]] = deque(maxlen=limit)

@@ -1,4 +1,4 @@
-"""A bench's buses for other programs: a hub whose boards are plugged into them."""
+"""Shares the buses of a lab with other programs: a hub whose boards are on these buses."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from canwire.timeline import Timeline
 
 
 class Serving:
-    """From now until `close` programs find boards of these kinds at `address`; raises NoSuchBoard, HubError."""
+    """A hub at `address` with boards of these kinds, until `close`; raises NoSuchBoard, HubError."""
 
     def __init__(
         self,
@@ -57,10 +57,10 @@ class Serving:
             self._server = Server(self._engine, default_address() if address is None else address)
             on_failure.pop_all()
         self.address = self._server.path
-        pacer.when_failed = lambda: self._engine.post(self._engine.close)  # no time passes any more
+        pacer.when_failed = lambda: self._engine.post(self._engine.close)  # time no longer passes
 
     def close(self) -> None:
-        """Hang up on everybody; the boards leave the bench."""
+        """Disconnect all programs, and remove the boards from the buses."""
         with suppress(HubLost):  # it ended by itself
             self._engine.call(self._unplug)
         self._server.close()

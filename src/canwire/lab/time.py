@@ -1,4 +1,4 @@
-"""Time on the bench: one timeline, as fast as it can or as the wall clock goes, and who waits for it."""
+"""The time of a lab: one timeline, virtual or at the pace of the wall clock, and the tasks that wait for it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _UNSHARED: AbstractContextManager[None] = contextlib.nullcontext()
 
 
 class LabTime:
-    """What a bench's buses and nodes know of their bench; it knows none of them.
+    """The part of a lab that its buses and nodes use.
 
-    `pacer` is None in virtual time. `waiters` are the tasks that wait for something to happen, with their deadlines.
+    `pacer` is None in virtual time. `waiters` maps tasks that wait to their deadlines.
     """
 
     selection: Selection | None = None  # leaves some of the script's frames and faults out
@@ -61,11 +61,11 @@ class LabTime:
         return self._closed
 
     def run_for(self, seconds: float) -> None:
-        """Let so many seconds pass."""
+        """Let this number of seconds pass."""
         self.run_until(self.now_ns + nanoseconds("seconds", seconds))
 
     def run_until(self, time_ns: int) -> None:
-        """Let time pass until `time_ns`; everything due at that very moment happens too."""
+        """Let time pass until `time_ns`, and run everything that is due at `time_ns`."""
         self.check_open()
         whole("time_ns", time_ns, 0, LONGEST_NS)
         if self._company is not None and self._company.waited_until(_never, time_ns) is not None:
@@ -73,14 +73,14 @@ class LabTime:
         if self.pacer is None:
             self.kick()
             while not self.held.run_through(self.timeline, time_ns):
-                pass  # somebody's halt was not meant for us
+                pass  # a halt for another waiter
         else:
             self.pacer.wait_until(time_ns)
 
     def run_until_idle(self) -> None:
-        """Let time pass until no bus has anything to do and no timer waits (but for periodic ones).
+        """Let time pass until all buses are idle and no timers wait, except periodic ones.
 
-        Raises NotIdle when a bus has been busy for a second without getting a single frame through.
+        Raises NotIdle when a bus has been busy for one second without transmitting a frame successfully.
         """
         self.check_open()
         if self.pacer is not None:
@@ -97,14 +97,14 @@ class LabTime:
             raise NotIdle(stalled)
 
     def at(self, time_ns: int, callback: Callable[[], None], *, background: bool = False) -> Timer:
-        """Call back at this time; a background timer does not keep the lab from being idle."""
+        """Call `callback` at this time; `run_until_idle` does not wait for a `background` timer."""
         self.check_open()
         due_ns = whole("time_ns", time_ns, 0, LONGEST_NS)
         with self.touch():
             return self.timeline.at(due_ns, callback, background=background)
 
     async def sleep(self, seconds: float) -> None:
-        """Let so many seconds of the lab's time pass, while other tasks go on; also under plain `asyncio.run`."""
+        """Wait for this number of seconds of the lab's time, while other tasks run; also under plain `asyncio.run`."""
         self.check_open()
         deadline_ns = self.now_ns + nanoseconds("seconds", seconds)
         await self.turn(deadline_ns)
@@ -112,9 +112,9 @@ class LabTime:
             await self.turn(deadline_ns)
 
     def run(self, main: Coroutine[Any, Any, ResultT]) -> ResultT:
-        """`asyncio.run(main)` with asyncio's own time being the lab's: asyncio.sleep, timeouts and loop.time() too.
+        """`asyncio.run(main)` in the lab's time: asyncio.sleep, timeouts and loop.time() use it too.
 
-        In virtual time `asyncio.sleep(3600)` takes no time; in real time this is asyncio.run.
+        In virtual time `asyncio.sleep(3600)` takes no real time; in real time this is asyncio.run.
         """
         import asyncio
 
@@ -128,10 +128,10 @@ class LabTime:
         return run(self.timeline, self.held, main, self.kick)
 
     def set_pace(self, factor: float | None) -> None:
-        """Virtual time: from now on it passes `factor` times as quickly as the wall clock, 0.0001 to 10000.
+        """Let virtual time pass at `factor` times the wall clock, 0.0001 to 10000; None: as quickly as possible.
 
-        None: as quickly as it can. Nodes do the same at every pace. Time does not pass while the program computes; a
-        longer delay is skipped. Any thread or callback may call this. Raises BadValue, WrongState in real time.
+        The pace does not change the result. Time does not pass while the program computes; long delays are skipped, not
+        made up for. Any thread or callback may call this. Raises BadValue, and WrongState in real time.
         """
         if self.pacer is not None:
             raise WrongState("a pace is for a lab in virtual time: this one's passes with the clock")
@@ -139,20 +139,20 @@ class LabTime:
 
     @property
     def behind_ns(self) -> int:
-        """Real time only: how far the buses are behind the clock, a second at most; what is beyond is left out."""
+        """Real time only: how late the buses are, at most one second; longer delays are skipped."""
         return 0 if self.pacer is None else self.pacer.behind_ns()
 
     @property
     def skipped_ns(self) -> int:
-        """Real time only: what was left out of time, which this machine could not simulate or was stopped for."""
+        """Real time only: the time skipped so far, because the machine was too slow or was suspended."""
         return 0 if self.pacer is None else self.pacer.skipped_ns
 
     def lateness_ns(self) -> list[int]:
-        """Real time only: how late each happening was handled."""
+        """Real time only: how late each event was handled, in order."""
         return [] if self.pacer is None else self.pacer.lateness_ns()
 
     def close(self) -> None:
-        """End the lab; a second time does nothing."""
+        """End the lab; a second call does nothing."""
         if self._closed:
             return
         try:
@@ -163,16 +163,16 @@ class LabTime:
             self._leave()
 
     def _stalled(self) -> str | None:
-        """What is busy and gets nowhere; whoever has buses knows."""
+        """A description of a bus that makes no progress, or None; overridden by subclasses with buses."""
         return None
 
     def _leave(self) -> None:
-        """Whoever has buses closes them."""
+        """Close the buses; overridden by subclasses with buses."""
 
     # for buses and nodes
 
     def soon(self, callback: Callable[[], None]) -> None:
-        """Call back at this very time, behind what happens just now. Many at one time share a timer."""
+        """Call `callback` at the present time, after the current event. Callbacks at one time share a timer."""
         self._soon.append(callback)
         self._call_back_soon()
 
@@ -191,7 +191,7 @@ class LabTime:
                 self._call_back_soon()
 
     def touch(self) -> AbstractContextManager[None]:
-        """Hold the timeline still while it is changed, and let everybody know afterwards."""
+        """Stop the timeline while it is changed, and wake its engine afterwards."""
         return _UNSHARED if self.pacer is None else self._locked(self.pacer)
 
     def advance(self, deadline_ns: int, ready: Callable[[], bool]) -> bool:
@@ -210,7 +210,7 @@ class LabTime:
         return True
 
     async def turn(self, deadline_ns: int) -> None:
-        """Let other tasks have their turn; when none of them did anything, let the next thing happen."""
+        """Let other tasks run; if none of them does anything, let time pass until the next event."""
         import asyncio
 
         waiter = asyncio.get_running_loop().create_future()
@@ -225,19 +225,19 @@ class LabTime:
             self.waiters.pop(waiter, None)
 
     def active(self) -> None:
-        """Something happened that a waiting task may be waiting for."""
+        """Wake the waiting tasks: something has happened."""
         if self.waiters:
             for waiter in list(self.waiters):
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
 
     def keeper(self) -> Keeper | None:
-        """For canwire.in_time: what lets time pass here, None where the clock does."""
+        """For canwire.in_time: the object that lets time pass, or None in real time."""
         from canwire.lab.keeper import LabKeeper
 
         return None if self.pacer is not None else LabKeeper(self.timeline, self.held, self.kick)
 
     def kick(self) -> None:
-        """Time is about to pass; for labs that look at what others have queued."""
+        """Called before time passes, for subclasses that send what programs have queued."""
 
     def check_open(self) -> None:
         """Raise Closed after `close`."""
@@ -252,7 +252,7 @@ class LabTime:
             self.pacer.check()
 
     def leave_to_parent(self) -> None:
-        """In a forked process a lab in real time is over; one in virtual time is a copy, the child's own."""
+        """In a forked process: end a lab in real time. (A lab in virtual time is an independent copy there.)"""
         assert self.pacer is not None
         self.pacer.leave_to_parent()
         self._closed = self._left = True

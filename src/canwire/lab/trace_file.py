@@ -1,4 +1,4 @@
-"""The file of a trace: bits are written while time passes, so what goes wrong with it has to name it."""
+"""The file of a trace. It is written while time passes, so its errors name the file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.forks import hear_of_forks, lead_nowhere
 
 
 class TraceFile:
-    """As much of a text file as a trace needs. Raises OSError with the file's name.
+    """A text file for a trace. Raises OSError with the name of the file.
 
     `left` in a forked process: the file is the parent's, `write` raises CanwireError and `close` does nothing.
     """
@@ -32,14 +32,14 @@ class TraceFile:
             raise self._named(error) from error
 
     def close(self) -> None:
-        """Write what was kept back; a second time does nothing."""
+        """Write buffered text and close the file; a second call does nothing."""
         try:
             self._file.close()
         except OSError as error:
             raise self._named(error) from error
 
     def leave_to_parent(self) -> None:
-        """What is kept back here goes nowhere."""
+        """In a forked process: discard buffered text."""
         if not self._file.closed:
             self.left = True
             lead_nowhere(self._file)

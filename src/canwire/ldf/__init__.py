@@ -1,4 +1,4 @@
-"""LIN description files (LDF): frames, signals and schedules of a network, for the bench and for monitors.
+"""LIN description files (LDF): frames, signals and schedules of a network, for labs and for monitors.
 
     network = canwire.ldf.load("door.ldf")
     bus = lab.lin_bus("lin0", bit_rate=network.bit_rate)
@@ -35,7 +35,7 @@ _NS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class FrameDescription:
-    """An unconditional frame: identifier, bytes of data, who publishes it, its checksum model, its signals."""
+    """An unconditional frame: identifier, number of data bytes, publisher, checksum model and signals."""
 
     name: str
     id: int
@@ -46,7 +46,7 @@ class FrameDescription:
 
 
 def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
-    """The network that this file describes; raises BadDescription naming the file, ExtraMissing."""
+    """The network that this file describes; raises BadDescription with the name of the file, ExtraMissing."""
     parser = _ldfparser()
     try:
         parsed = parser.parse_ldf(str(path), encoding=encoding, pad_with_zero=False)
@@ -62,8 +62,8 @@ def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
 class LinDescription:
     """One network. Names are those of the file; `master` and `slaves` are names of nodes.
 
-    `frames` are the unconditional ones by name, `schedules` the tables by name, in the file's order, without those that
-    are `unusable`: by name, why such a table cannot be run.
+    `frames` are the unconditional frames by name, `schedules` the usable tables by name, in the order of the file.
+    `unusable` maps the other tables to the reasons why they cannot be run.
     """
 
     def __init__(self, parsed: Any, path: str) -> None:
@@ -97,7 +97,7 @@ class LinDescription:
     # for nodes of the bench
 
     def responses(self, node: str) -> dict[int, LinFrame]:
-        """What this node publishes, by identifier, with the signals' initial values. Raises BadValue."""
+        """The frames that this node publishes, by identifier, with initial signal values. Raises BadValue."""
         self._check_node(node)
         mine = [frame for frame in self.frames.values() if frame.publisher == node]
         return {frame.id: self.encode(frame.name, {}) for frame in mine}
@@ -109,7 +109,7 @@ class LinDescription:
         return {frame.id: frame.length for frame in self.frames.values() if wanted & {*frame.signals}}
 
     def events(self, node: str) -> dict[int, int]:
-        """For event-triggered identifiers which frame of this node's stands behind. Raises BadValue."""
+        """The frames of this node by their event-triggered identifiers. Raises BadValue."""
         self._check_node(node)
         return {
             event: member
@@ -129,9 +129,9 @@ class LinDescription:
         return None
 
     def checksums(self, node: str) -> dict[int, bool]:
-        """Which checksum (True: enhanced) the frames have that this node subscribes to, by identifier.
+        """The checksum models (True: enhanced) of the frames that this node subscribes to, by identifier.
 
-        Those of event-triggered frames too. Raises BadValue.
+        Includes event-triggered frames. Raises BadValue.
         """
         heard = {id: self._by_id[id].enhanced for id in self.lengths(node)}
         events = {
@@ -142,15 +142,15 @@ class LinDescription:
         return heard | events
 
     def attributes(self, node: str) -> LinNodeAttributes | None:
-        """What this slave answers node configuration with; None for one of LIN 1.3, which knows none. Raises BadValue.
+        """The attributes of this slave for node configuration; None in LIN 1.3, which has none. Raises BadValue.
 
-        It begins at its initial NAD, as after power-up.
+        The slave begins with its initial NAD, as after power-up.
         """
         self._check_node(node)
         return None if node == self.master else attributes_of(self._node(node))
 
     def slave_options(self, node: str) -> dict[str, Any]:
-        """Everything above, as arguments of `LabLinBus.slave`. Raises BadValue."""
+        """The arguments of `LabLinBus.slave` for this node. Raises BadValue."""
         return {
             "responses": self.responses(node),
             "subscribes": self.lengths(node),
@@ -161,7 +161,7 @@ class LinDescription:
         }
 
     def master_options(self) -> dict[str, Any]:
-        """The master's, as arguments of `LabLinBus.master`."""
+        """The arguments of `LabLinBus.master` for the master."""
         return {"responses": self.responses(self.master), "checksums": self.checksums(self.master)}
 
     # signals
@@ -169,8 +169,8 @@ class LinDescription:
     def encode(self, frame: str, values: Mapping[str, Value]) -> LinFrame:
         """The frame with these signals, the others at their initial values.
 
-        A value is a physical one, a logical one's text, or a number as it is where the file gives no encoding.
-        Raises BadValue, saying which frame or signal does not fit.
+        A value is physical, the text of a logical value, or the raw number if the file gives no encoding.
+        Raises BadValue with the frame or signal that does not fit.
         """
         if frame not in self.frames:
             raise BadValue(f"{self.path}: no frame {frame!r}; there are {', '.join(self.frames)}")
@@ -187,17 +187,17 @@ class LinDescription:
         return LinFrame(told.id, data, enhanced=told.enhanced)
 
     def decode(self, frame: LinFrame) -> dict[str, Value]:
-        """The signals of a frame that was heard, an event-triggered one's by the identifier in its first byte.
+        """The signals of a received frame; the first byte of an event-triggered frame identifies the answering frame.
 
-        Physical values and logical ones' texts; the bare number where the file gives no encoding, or none that
-        fits. Raises BadFrame for a frame that the file does not know, or of another length.
+        Values are physical, the text of a logical value, or the raw number if the file gives no encoding that
+        fits. Raises BadFrame for a frame that the file does not define, or of another length.
         """
         raw = self.decode_raw(frame)
         described = self._parsed.get_unconditional_frame(self.described(frame).name)
         return {signal.name: shown(signal, raw[signal.name]) for _, signal in described.signal_map}
 
     def decode_raw(self, frame: LinFrame) -> dict[str, Any]:
-        """The same as numbers, as they stand in the frame (lists of bytes for arrays)."""
+        """The signals of a received frame as raw numbers (lists of bytes for arrays). Raises BadFrame."""
         told = self.described(frame)
         if len(frame.data) != told.length:
             raise BadFrame(f"{told.name}: {told.length} bytes, not {len(frame.data)}")
@@ -207,7 +207,7 @@ class LinDescription:
         return raw
 
     def described(self, frame: LinFrame) -> FrameDescription:
-        """Which unconditional frame was heard, an event-triggered one's first byte telling. Raises BadFrame."""
+        """The unconditional frame received, for event-triggered frames by the first byte. Raises BadFrame."""
         id = frame.id
         if id in self._events and frame.data:
             id = frame.data[0] & 0x3F

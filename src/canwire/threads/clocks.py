@@ -1,4 +1,4 @@
-"""The module time's clocks and its sleep, for threads that take part: the hub's time, from its beginning."""
+"""The clocks and the sleep of the module time, in the hub's time, for threads that take part."""
 
 from __future__ import annotations
 

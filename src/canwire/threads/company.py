@@ -1,4 +1,4 @@
-"""Threads of one program that share a hub's time, as the hub's handles see them."""
+"""Threads of one program that share a hub's time: the interface for the handles of the hub."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ class Company(Turns):
 
     @property
     def gone(self) -> bool:
-        """There is no hub any more, nor a lab."""
+        """True once the hub or the lab has ended."""
         return isinstance(self.keeper, ByTheClock)
 
     def waited(self, ready: Callable[[], bool], timeout: float | None) -> bool | None:
-        """A wait of the calling thread for something of the hub's; None: the thread takes no part, or not any more."""
+        """Wait in the calling thread for something of the hub; None if the thread does not take part (any more)."""
         if timeout is not None and timeout <= 0:
             return ready() or self._polled(ready)
         return self.waited_until(ready, self.end_ns(timeout))
 
     def waited_until(self, ready: Callable[[], bool], until_ns: int) -> bool | None:
-        """The same, until so much of the hub's time is over."""
+        """Like `waited`, up to this moment of the hub's time."""
         me = current()
         if me is None or me.company is not self:
             return None
@@ -43,17 +43,17 @@ class Company(Turns):
         return None if self.gone else answer  # whose own way of waiting says that the hub is gone
 
     def waited_once(self, timeout: float | None) -> bool:
-        """Until anything is signalled to this program, or another thread has run; False: the thread takes no part."""
+        """Wait until this program gets a signal or another thread has run; False if the thread does not take part."""
         looks = itertools.chain((False, False), itertools.repeat(True))  # it looks twice before time passes
         return self.waited(lambda: next(looks), timeout) is not None
 
     def told_ns(self) -> int | None:
-        """The time, for a thread that takes part."""
+        """The hub's time; None if the thread does not take part."""
         me = current()
         return None if me is None or me.company is not self else self.asks(me)
 
     def outside(self, call: Callable[[Request], Answer], request: Request) -> Answer:
-        """A call that waits in the computer's time; it may take time of the hub's."""
+        """Make a call that waits in real time, and may let the hub's time pass."""
         me = MEMBERS.get(threading.get_ident())
         if me is None:
             return call(request)
@@ -66,7 +66,7 @@ class Company(Turns):
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Others have their turns while this thread waits for something that is not the hub's."""
+        """Other threads run while this one waits for something outside the hub."""
         me = current()
         if me is None or me.company is not self:
             yield
@@ -78,7 +78,7 @@ class Company(Turns):
             self.come_back(me)
 
     def last_words(self) -> None:
-        """The main thread has come to its end: it waits for the others as the interpreter would, at its turns."""
+        """At the end of the main thread: wait for the other threads like the interpreter, but in turns."""
         me = current()
         if me is not None and me.company is self:
             self.wait(me, self._only_daemons, NEVER, "the program's other threads to end")

@@ -1,4 +1,4 @@
-"""select, poll and selectors, for threads that take part: their timeouts are the hub's time."""
+"""select, poll and selectors for threads that take part: timeouts are in the hub's time."""
 
 from __future__ import annotations
 

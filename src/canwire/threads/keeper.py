@@ -1,4 +1,4 @@
-"""What threads that take turns need of whose time they keep."""
+"""The interface through which threads that take turns let the time of a hub or a lab pass."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ NEVER = (1 << 63) - 1
 
 
 class Keeper(Protocol):
-    """Whose time it is: a hub's or a lab's."""
+    """Controls the time of a hub or a lab."""
 
     @property
     def alone(self) -> bool:
-        """Nothing comes from other programs: where nothing is for long, nothing will ever be."""
+        """True if no other program can cause an event: a long silence then lasts forever."""
 
     @property
     def lost(self) -> bool:
-        """Nothing passes there any more."""
+        """True once this time no longer passes."""
 
     def now_ns(self) -> int: ...
 
     def pass_time(self, now_ns: int, until_ns: int) -> int:
-        """From `now_ns` on let it pass until then, or until something is signalled; the time it is then."""
+        """Let time pass from `now_ns` up to `until_ns` or a signal; returns the time after that."""
 
     def leave(self) -> None:
-        """None of the threads takes part for now: others are not to be held up."""
+        """No thread takes part for now: other programs need not wait for this one."""
 
     def rejoin(self) -> None:
-        """One takes part again; waits for its turn among others."""
+        """A thread takes part again; waits for the turn of this program."""
 
 
 class ByTheClock:
-    """After the hub has gone time goes on from where it was, as slowly as the computer's."""
+    """After the end of the hub: time continues from its last value, at the pace of the real clock."""
 
     alone = False
     lost = False
@@ -46,7 +46,7 @@ class ByTheClock:
         return self._now_ns
 
     def pass_time(self, now_ns: int, until_ns: int) -> int:
-        """A piece of it, after which everybody looks again."""
+        """Let a part of the span pass, after which all threads check their conditions."""
         chunk_ns = min(_CHUNK_NS, until_ns - now_ns)
         originals.sleep(chunk_ns / 1e9)
         if until_ns < NEVER:
@@ -54,7 +54,7 @@ class ByTheClock:
         return self._now_ns
 
     def leave(self) -> None:
-        """Nobody is held up."""
+        """Do nothing: no other program waits."""
 
     def rejoin(self) -> None:
-        """See `leave`."""
+        """Do nothing, like `leave`."""

@@ -1,4 +1,4 @@
-"""Locks whose waits are waits in the hub's time; for threads that take no part they are ordinary ones."""
+"""Locks that wait in the hub's time; for threads that do not take part they are ordinary locks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from canwire.threads.keeper import NEVER
 from canwire.threads.member import current
 from canwire.threads.originals import allocate_lock
 
-_LATE_NS = 1  # as every clock's: can-j1939 goes round for ever where it wakes up exactly at its deadline
+_LATE_NS = 1  # as every clock's: can-j1939 loops without end if it wakes up exactly at its deadline
 
 
 class Lock:
-    """In place of threading.Lock, and with it of all that threading makes of it: Condition, Event, Semaphore, RLock."""
+    """Replaces threading.Lock, and so the lock in Condition, Event, Semaphore and RLock."""
 
     __slots__ = ("__weakref__", "_lock", "acquire_lock", "locked", "release", "release_lock")
 

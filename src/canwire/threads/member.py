@@ -11,7 +11,7 @@ from canwire.threads.originals import allocate_lock
 
 
 class Company(Protocol):
-    """What a thread needs of those with whom it takes turns: turns.py's Turns."""
+    """The interface of Turns (turns.py) for a thread."""
 
     def end_ns(self, seconds: float | None) -> int: ...
     def asks(self, me: Member) -> int: ...
@@ -31,11 +31,11 @@ class Company(Protocol):
 
 
 class Member:
-    """A thread and what it waits for: until `ready` says so, or until `until_ns` of the hub's time.
+    """A thread and its wait: until `ready` returns true, or until `until_ns` in the hub's time.
 
-    `answer` is what its wait returns, `error` what it raises. `outside` counts calls that wait in the computer's time:
-    while it is not 0 the thread keeps its turn, whatever it waits for. `asked` counts questions since the thread
-    last waited: for the time, or for what was not there.
+    `answer` is the result of its wait, `error` the error that it raises. `outside` counts calls that wait in real
+    time: while it is not 0, the thread keeps its turn during any wait. `asked` counts queries since its last wait:
+    queries of the time, and polls without a result.
     """
 
     __slots__ = (
@@ -64,7 +64,7 @@ class Member:
 
 
 def never() -> bool:
-    """`ready` of who waits for time alone; nobody calls it in vain."""
+    """`ready` of a thread that only waits for time."""
     return False
 
 
@@ -73,7 +73,7 @@ MEMBERS: dict[int, Member] = {}
 
 
 def current() -> Member | None:
-    """The calling thread, where its waits are waits in its hub's time."""
+    """The calling thread, if it waits in the hub's time; else None."""
     member = MEMBERS.get(threading.get_ident())
     return None if member is None or member.outside else member
 

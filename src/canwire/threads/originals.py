@@ -1,4 +1,4 @@
-"""The computer's own clocks, locks and waits, as they were before anything took their place."""
+"""The clocks, locks and waits of the standard library, before any of them was replaced."""
 
 from __future__ import annotations
 
@@ -28,4 +28,4 @@ select_of = {
     for kind in vars(selectors).values()
     if isinstance(kind, type) and issubclass(kind, selectors.BaseSelector) and "select" in kind.__dict__
 }
-"""The method `select` of each class of selectors that has its own."""
+"""The method `select` of each selector class that defines one."""

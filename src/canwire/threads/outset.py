@@ -24,7 +24,7 @@ class TakesPart(HasCompany, Protocol):
 
 
 def begin(hub: HasCompany, keeper: Keeper) -> Company:
-    """From now on, until `end`."""
+    """Let threads take turns from now on, until `end`."""
     REPLACED.begin()
     company = hub.company = Company(keeper)
     company.when_over = REPLACED.end
@@ -32,19 +32,19 @@ def begin(hub: HasCompany, keeper: Keeper) -> Company:
 
 
 def end(hub: HasCompany, company: Company) -> None:
-    """Whoever waits goes on by the clock."""
+    """Threads that wait continue in real time."""
     company.dissolve()
     hub.company = None
 
 
 def own_company() -> Company | None:
-    """That of the calling thread."""
+    """The company of the calling thread, or None."""
     me = current()
     return me.company if me is not None and isinstance(me.company, Company) else None
 
 
 def take_turns(hub: TakesPart) -> None:
-    """For a program that keeps one time with others: its threads take turns from here to its end."""
+    """For a program that shares one time with others: its threads take turns from now on until its end."""
     keeper, company = hub.keeper(), own_company()
     if keeper is None or hub.company is not None:
         return

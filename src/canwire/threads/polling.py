@@ -1,4 +1,4 @@
-"""Threads that ask again and again without a wait, for the time or for what is not there: time passes for them, too."""
+"""Threads that poll without waiting, for the time or for an event: time passes for them, too."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _FIRST_STEP_NS, _LAST_STEP_NS = 10_000, 1_000_000  # twice as much each time
 
 
 class Polling(ABC):
-    """What Turns has for them."""
+    """The part of Turns for threads that poll."""
 
     @abstractmethod
     def now_ns(self) -> int:
@@ -31,12 +31,12 @@ class Polling(ABC):
         """Turns.wait."""
 
     def asks(self, me: Member) -> int:
-        """The time, for somebody who asks."""
+        """The time; counts as a poll."""
         self.polls(me, never)
         return self.now_ns()
 
     def polls(self, me: Member, ready: Callable[[], bool]) -> bool:
-        """It asks without a wait. Who does so again and again is taken to poll: time passes; is it ready meanwhile?"""
+        """Count a query without a wait. After many of them time passes; returns whether `ready` became true."""
         me.asked += 1
         if me.asked < _POLLS or me.asked % _POLLED:
             return False

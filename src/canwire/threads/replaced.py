@@ -1,4 +1,4 @@
-"""What stands in the standard library's place while any program's threads take turns, and where it is put."""
+"""The replacements for the standard library while threads take turns, and the places of the originals."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from typing import Any
 from canwire.threads import clocks, descriptors, originals, thread
 from canwire.threads.lock import Lock
 
-_KEPT = {  # modules that go by the computer's time whoever runs: they wait for other processes, or measure tests
+_KEPT = {  # modules that always use real time: they wait for other processes, or measure tests
     "_pytest", "_thread", "builtins", "canwire", "coverage", "debugpy", "execnet", "multiprocessing", "pluggy",
     "pydevd", "pytest", "pytest_timeout", "select", "subprocess", "time", "xdist",
 }  # fmt: skip
 
 
 class Replaced:
-    """Puts everything in place with the first `begin`, and back with the last `end`."""
+    """The first `begin` puts the replacements in place, the last `end` restores the originals."""
 
     def __init__(self) -> None:
         self._users = 0
@@ -52,7 +52,7 @@ class Replaced:
             self._set(owner, name, new)
 
     def _put_into(self, module: ModuleType, functions: dict[int, Any]) -> None:
-        """Names that it has imported: `from time import sleep`."""
+        """Replace the names that a module has imported: `from time import sleep`."""
         for name, value in list(vars(module).items()):
             new = functions.get(id(value))
             if new is not None:
@@ -65,7 +65,7 @@ class Replaced:
 
 
 def _functions() -> dict[int, Any]:
-    """What takes whose place, by its id."""
+    """The replacements by the id of the original."""
     return {
         id(before): new
         for before, new in (
@@ -85,7 +85,7 @@ def _functions() -> dict[int, Any]:
 
 
 def _places() -> Iterator[tuple[Any, str, Any]]:
-    """Where, apart from names in modules: owner, attribute, what stands there."""
+    """Places other than names in modules: owner, attribute, replacement."""
     for name in ("sleep", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "time_ns"):
         yield time, name, getattr(clocks, name)
     yield time, "time", clocks.time_s
@@ -103,7 +103,7 @@ def _places() -> Iterator[tuple[Any, str, Any]]:
 
 
 def _by_the_clock(kind: type[selectors.BaseSelector]) -> type[selectors.BaseSelector]:
-    """For who waits for another process: its time is not the hub's."""
+    """A selector class for waits for another process, which are in real time."""
     select_there = next(originals.select_of[base] for base in kind.__mro__ if base in originals.select_of)
     return type(kind.__name__, (kind,), {"select": select_there})
 

@@ -1,4 +1,4 @@
-"""What is said where all threads of a program wait, and nothing can come."""
+"""The message for a program whose threads all wait for an event that cannot come."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LIBRARY = os.path.dirname(os.path.abspath(os.__file__))
 
 
 def describe(members: Sequence[Member], since_ns: int) -> str:
-    """Who waits for what, and where."""
+    """Lists what each thread waits for, and where."""
     frames = sys._current_frames()
     waits = [
         f"thread {one.thread.name!r} waits for {one.what}{place(frames.get(one.thread.ident or 0))}"
@@ -28,7 +28,7 @@ def describe(members: Sequence[Member], since_ns: int) -> str:
 
 
 def place(frame: FrameType | None) -> str:
-    """The innermost line of the program's own."""
+    """The innermost line outside canwire and the standard library."""
     while frame is not None:
         name = frame.f_code.co_filename
         if not name.startswith((_HERE, _LIBRARY, "<frozen")):
@@ -38,7 +38,7 @@ def place(frame: FrameType | None) -> str:
 
 
 def wait_for_descriptors(descriptors: Sequence[int], text: str | None) -> None:
-    """By the clock: what is at their other ends may be outside of this program."""
+    """Wait in real time: the other ends of the descriptors may be outside this program."""
     if text is not None:
         print(f"canwire: {text}; waiting for descriptors of the outside world", file=sys.stderr, flush=True)
     select_select(descriptors, (), (), None)

@@ -1,4 +1,4 @@
-"""Threads that are started by one that takes part, take part; waiting for their ends is a wait in the hub's time."""
+"""Threads that a participating thread starts take part too; joining them is a wait in the hub's time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MEMBER = "_canwire_member"
 
 
 def start(thread: threading.Thread) -> None:
-    """In place of Thread.start: the new thread's first turn comes when this one waits."""
+    """Replaces Thread.start: the first turn of the new thread comes when this one waits."""
     me = current()
     module = getattr(getattr(thread, "_target", None), "__module__", None) or ""
     if me is None:
@@ -38,7 +38,7 @@ def start(thread: threading.Thread) -> None:
 
 
 def _start_outside(me: Member, thread: threading.Thread) -> None:
-    """The starter keeps its turn until the thread has begun: that runs by itself up to there."""
+    """Keep the turn until the new thread has begun, which runs without a turn up to then."""
     me.outside += 1
     try:
         originals.start(thread)
@@ -62,7 +62,7 @@ def join(thread: threading.Thread, timeout: float | None = None) -> None:
 
 
 def is_alive(thread: threading.Thread) -> bool:
-    """In place of Thread.is_alive: one that had its last turn is not."""
+    """Replaces Thread.is_alive: a thread that had its last turn is not alive."""
     member = _member_of(thread)
     if member is not None and member.ended and current() is not None:
         originals.join(thread)

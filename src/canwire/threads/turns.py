@@ -1,7 +1,7 @@
-"""Whose turn it is among the threads of one program that share a hub's time.
+"""Turns of the threads of one program that share a hub's time.
 
-A thread that waits hands its turn to the next one that can go on, in the order in which the threads began. Where nobody
-can, the thread that would hand it on lets time pass, up to the first of their timeouts or until something is signalled.
+A thread that waits hands its turn to the next thread that can continue, in the order of their starts. If no thread can
+continue, the thread that waits lets time pass, up to the first timeout or until something is signalled.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from canwire.threads.originals import allocate_lock
 from canwire.threads.polling import Polling
 from canwire.threads.standstill import describe, wait_for_descriptors
 
-SILENCE_NS = 3_600_000_000_000  # that all may wait for without a timeout: boards' clocks tick for ever
+SILENCE_NS = 3_600_000_000_000  # longest common wait without a timeout: the clocks of boards never stop
 
 _number_of = attrgetter("number")
 
 
 class Turns(Polling):
-    """The threads that take part; `founder` made it, and is told where nothing can ever come."""
+    """The threads that take part. `founder` made it, and gets the error if no event can ever come."""
 
     def __init__(self, keeper: Keeper) -> None:
         self.keeper = keeper
@@ -52,7 +52,7 @@ class Turns(Polling):
         return tuple(self._members)
 
     def now_ns(self) -> int:
-        """The time, asked for once in a turn."""
+        """The time, read once in each turn."""
         if self._now_ns is None:
             try:
                 self._last_ns = self.keeper.now_ns()
@@ -78,7 +78,7 @@ class Turns(Polling):
     # members
 
     def enrolled(self, thread: threading.Thread) -> Member:
-        """A thread that begins; its turn comes when others wait."""
+        """Add a new thread; its turn comes when others wait."""
         with self._lock:
             self._numbers += 1
             member = Member(self, thread, self._numbers)
@@ -86,7 +86,7 @@ class Turns(Polling):
         return member
 
     def withdraw(self, me: Member) -> None:
-        """It did not begin."""
+        """Remove a thread that did not begin."""
         with self._lock:
             self._members.remove(me)
 
@@ -96,7 +96,7 @@ class Turns(Polling):
         self._rest(me)
 
     def end(self, me: Member) -> None:
-        """In a thread that is about to end: the next one goes on."""
+        """In a thread that is about to end: the next one continues."""
         me.ended = True
         MEMBERS.pop(threading.get_ident(), None)
         with self._lock:
@@ -190,7 +190,7 @@ class Turns(Polling):
             if stays:
                 me.ready = None
                 raise
-            self.dissolve()  # there is nobody here to be told: each of the others finds out by itself
+            self.dissolve()  # no thread here can get the error: each of the others gets it by itself
             return
         if found is None:
             return
@@ -202,7 +202,7 @@ class Turns(Polling):
                 self._rest(me)
 
     def _rest(self, me: Member) -> None:
-        """Until it has its turn; an interruption (Ctrl-C) is raised then."""
+        """Wait for the next turn; an interruption (Ctrl-C) is raised then."""
         try:
             me.bell.acquire()
         except BaseException:
@@ -212,7 +212,7 @@ class Turns(Polling):
             raise
 
     def _next(self, me: Member) -> Member | None:
-        """Who has the next turn. Lets time pass until somebody can go on; None: nobody is left."""
+        """The thread with the next turn. Lets time pass until one can continue; None if no thread is left."""
         while not self.over:
             found = self._able(me)
             if found is not None:
@@ -233,7 +233,7 @@ class Turns(Polling):
         return None
 
     def _able(self, me: Member) -> Member | None:
-        """The first who can go on, beginning behind this one."""
+        """The first thread after this one that can continue."""
         now_ns = self.now_ns()
         members = self._members
         behind = bisect_right(members, me.number, key=_number_of)

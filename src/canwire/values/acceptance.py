@@ -1,4 +1,4 @@
-"""Acceptance filters: which frames a receiver wants, in one form that the core can match quickly.
+"""Acceptance filters: which frames a receiver accepts, in one form that the core can match quickly.
 
 A frame becomes a 64-bit key, a filter a list of (code, mask) pairs over it:
 
@@ -31,7 +31,7 @@ LIST_EXTENDED = 1 << 31
 
 
 def frame_key(frame: Frame) -> int:
-    """The 64-bit key drawn above."""
+    """The 64-bit key described above."""
     key = frame.id << KEY_ID_SHIFT
     if frame.extended:
         key |= KEY_EXTENDED
@@ -54,8 +54,8 @@ def list_key(frame: Frame) -> int:
 class Acceptance:
     """Frames whose key agrees with a pair in all its mask bits, or whose list key is listed.
 
-    Pairs are (code, mask) over the key above; a mask bit of 1 must match. `a | b` accepts what
-    either does. Raises BadFilter if a number is no key.
+    Pairs are (code, mask) over the key above; a mask bit of 1 must match. `a | b` accepts the
+    frames that either accepts. Raises BadFilter if a number is no key.
     """
 
     pairs: tuple[tuple[int, int], ...]
@@ -77,7 +77,7 @@ class Acceptance:
                 raise BadFilter(f"list key {listed:#x}: 32 bits at most")
 
     def accepts(self, frame: Frame) -> bool:
-        """Does the frame pass?"""
+        """Whether the filter accepts the frame."""
         key = frame_key(frame)
         for code, mask in self.pairs:
             if not (key ^ code) & mask:
@@ -104,8 +104,8 @@ class Acceptance:
     def from_filters(cls, filters: Iterable[Sequence[int]]) -> Acceptance:
         """Filters of the lab: (code, mask) for 11-bit frames, (code, mask, True) for 29-bit ones.
 
-        A mask bit of 1 must match; data and remote frames pass alike; an empty list lets nothing
-        through. Raises BadFilter, naming the filter at fault.
+        A mask bit of 1 must match; the filters accept data and remote frames; an empty list accepts
+        no frames. Raises BadFilter with the invalid filter.
 
         >>> Acceptance.from_filters([(0x120, 0x7F8)]).accepts(Frame(0x127))
         True

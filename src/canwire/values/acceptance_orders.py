@@ -1,4 +1,4 @@
-"""Vendors' acceptance registers -> Acceptance: which bit stands where, and what a 1 in a mask means.
+"""Vendors' acceptance registers -> Acceptance: the positions of bits, and the meaning of a 1 in a mask.
 
 VCI        code = id << 1 | remote                              mask 1 compares
 SJA1000    ACR0..3 / AMR0..3, left-aligned, remote, data        mask 1 does not care
@@ -110,8 +110,8 @@ def candrv(code: int, mask: int, align: int, mask_active: int, mode_2b: bool) ->
 
     mask_active 0: mask bit 1 accepts anything; 1: mask bit 1 must match. Align puts the values as
     in Table 6. 11-bit filters also compare the first two data bytes with bits 15..0 (Align 0, 2,
-    3) where code or mask names any, as far as a frame has them (rulings.md 33a). Align 1 with
-    29-bit frames knows identifiers up to 0x7FF only (rulings.md 19).
+    3) if code or mask use these bits and the frame has the bytes (rulings.md 33a). Align 1 with
+    29-bit frames supports identifiers up to 0x7FF only (rulings.md 19).
     Source: CANDRV manual 6 (MaskActive, Align), 7.9, 8.11.
     """
     code, mask = checked("code", code, 32), checked("mask", mask, 32)

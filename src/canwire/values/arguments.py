@@ -1,4 +1,4 @@
-"""How Frame is called, and what is said of arguments that a call does not know: their name here, or the nearest one."""
+"""The signature of Frame, and errors for unknown arguments, with their canwire name or the most similar one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _WORTH_A_WORD = {
 
 
 def unknown_argument(call: str, unknown: Iterable[str], prototype: Callable[..., Any]) -> TypeError:
-    """The error for the first of the `unknown` names: python-can's come with the name they have here."""
+    """The error for the first of the `unknown` names; for names of python-can it gives the canwire name."""
     name = next(iter(unknown))
     code = prototype.__code__
     taken = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
@@ -62,7 +62,7 @@ def frame(
     timestamp_ns: int = 0,
     self_received: bool = False,
 ) -> None:
-    """How Frame is called: for inspect and help(), which cannot read a compiled class."""
+    """The signature of Frame for inspect and help(), which cannot read that of a compiled class."""
 
 
 class SignatureOf:

@@ -1,4 +1,4 @@
-"""What a public call makes sure of before it hands a value on to code that would believe it."""
+"""Checks of the arguments of public calls; the code below these calls does not check again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SHOWN = 60  # characters of a value in an error
 
 
 def instance(name: str, value: object, *kinds: type) -> None:
-    """Raise TypeError, naming what is wanted and what came, unless it is of one of these types."""
+    """Raise TypeError with the expected and the given type, unless the value has one of these types."""
     if not isinstance(value, kinds):
         wanted = " or ".join(kind.__name__ for kind in kinds)
         came = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
@@ -22,7 +22,7 @@ def instance(name: str, value: object, *kinds: type) -> None:
 
 
 def check_frame(frame: object, kind: type) -> None:
-    """Raise TypeError for what is not of this class of frames, with the way to one."""
+    """Raise TypeError unless the value is a frame of this class; for a text the message shows how to make one."""
     if isinstance(frame, int):
         raise TypeError(f"frame {frame:#x}: must be Frame, not int; write Frame({frame:#x}, data)")
     if isinstance(frame, str):
@@ -33,7 +33,7 @@ def check_frame(frame: object, kind: type) -> None:
 
 
 def check_expected(id: object) -> None:
-    """Raise TypeError for an identifier to wait for that is no number."""
+    """Raise TypeError if an expected identifier is no integer."""
     if isinstance(id, str):
         raise TypeError(
             f"id {shown(id)}: must be int, not str; a message has a name by a database: "
@@ -63,14 +63,14 @@ def finite(name: str, value: float, lowest: float, highest: float) -> float:
 
 
 def pace(factor: float | None) -> float:
-    """How many seconds of virtual time pass in one of the wall clock; None: as many as can, which is 0 here."""
+    """Check the number of virtual seconds in one second of the wall clock; None (no limit) becomes 0."""
     return 0.0 if factor is None else finite("pace", factor, _LEAST_PACE, _MOST_PACE)
 
 
 def nanoseconds(name: str, seconds: float) -> int:
-    """A span in whole nanoseconds, 1 at least of what is not 0: so who waits for it always lets some time pass.
+    """A span in whole nanoseconds. A span above 0 becomes at least 1, so a wait for it always lets time pass.
 
-    Raises BadValue naming what is negative, not finite or beyond 146 years.
+    Raises BadValue if it is negative, not finite or longer than 146 years.
     """
     _number(name, seconds)
     if not 0 <= seconds <= _LONGEST_S:
@@ -79,7 +79,7 @@ def nanoseconds(name: str, seconds: float) -> int:
 
 
 def shown(value: object) -> str:
-    """A value as an error shows it: short, whatever it is."""
+    """A value in a short form for an error message."""
     if isinstance(value, int) and not -(1 << 128) < value < 1 << 128:
         return f"of {math.ceil(value.bit_length() / 3.3219)} digits"
     text = repr(value)
@@ -94,6 +94,6 @@ def _number(name: str, value: object) -> None:
 
 
 def octets(name: str, value: bytes | bytearray | memoryview) -> bytes:
-    """What a buffer holds, whatever its shape; raises TypeError for what is none."""
+    """The bytes of a buffer of any shape; raises TypeError for other objects."""
     instance(name, value, bytes, bytearray, memoryview)
     return bytes(value)

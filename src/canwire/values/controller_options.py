@@ -1,4 +1,4 @@
-"""What CAN FD controllers can be set to beside bit timing and mode, and how late a node reads itself back.
+"""Options of CAN FD controllers besides bit timing and mode, and the delay of a transceiver.
 
 Source: ISO 11898-1:2015 (transmitter delay compensation, restricted operation, protocol exception, bus integration);
 Bosch M_CAN user's manual (the names of offset and filter window).
@@ -20,11 +20,11 @@ LONGEST_OFFSET_NS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class DelayCompensation:
-    """Transmitter delay compensation: in the data phase a sender looks at its own bits late, at a second sample point.
+    """Transmitter delay compensation: in the data phase a sender checks its bits later, at a second sample point.
 
-    That point is so long behind the start of the bit sent: the delay `measured` from FDF to res, and `offset_ns` more
-    (None: as the data phase's sample point). It is never earlier than `filter_ns`, and an edge that would put it
-    earlier is not taken for the delay. Not `measured`, the point is at `offset_ns`, which then has to be given.
+    This point follows the start of the sent bit by the delay `measured` from FDF to res, plus `offset_ns` (None: the
+    offset of the sample point of the data phase). It is never earlier than `filter_ns`; an edge that would put it
+    earlier is ignored. If not `measured`, the point is at `offset_ns`, which is then required.
     Nanoseconds, each 0 to 100,000. Raises BadValue.
     """
 
@@ -45,14 +45,14 @@ class DelayCompensation:
 
 @dataclass(frozen=True, slots=True)
 class ControllerOptions:
-    """How a controller differs from the usual one.
+    """Options of a controller that differ from the default.
 
-    `loop_delay_ns`: its transceiver's, 0 to 2,000: what it reads back of its own levels comes so much later.
-    `compensation`: of that delay, in the data phase of frames that it sends; None: off.
-    `edge_filter`: while it looks for an idle bus, edges count that are followed by two dominant time quanta.
-    `restricted`: restricted operation. It receives and acknowledges, sends no frames and no flags, and its error
-    counters stay as they are; at an error it looks for an idle bus.
-    `protocol_exception`: an FD controller leaves a frame with a recessive res bit alone; without, it is a form error.
+    `loop_delay_ns`: loop delay of the transceiver, 0 to 2,000: the controller reads back its levels that much later.
+    `compensation`: of this delay, in the data phase of frames that it sends; None: off.
+    `edge_filter`: while it waits for an idle bus, only edges followed by two dominant time quanta count.
+    `restricted`: restricted operation. It receives and acknowledges, sends no frames and no flags, and does not
+    change its error counters; after an error it waits for an idle bus.
+    `protocol_exception`: an FD controller ignores a frame with a recessive res bit; without, it is a form error.
     `fd_tolerant`: a classic controller leaves FD frames alone in the same way, instead of destroying them.
     Raises BadValue.
     """
@@ -76,11 +76,11 @@ class ControllerOptions:
             )
 
     def unusual(self) -> list[str]:
-        """The names of the options that differ from the usual ones."""
+        """The names of the options that differ from the defaults."""
         return [one.name for one in fields(self) if getattr(self, one.name) != one.default]
 
     def on_board(self, board: ControllerOptions) -> ControllerOptions:
-        """The same with what is a fact of the board and not of a program: its transceiver, its FD tolerance."""
+        """These options, with the transceiver and the FD tolerance of the board, which programs cannot set."""
         return replace(
             self,
             loop_delay_ns=self.loop_delay_ns or board.loop_delay_ns,

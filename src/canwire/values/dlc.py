@@ -1,4 +1,4 @@
-"""Data length codes: how four bits name a number of bytes.
+"""Data length codes: the number of bytes for each value of four bits.
 
 Source: ISO 11898-1:2015 8.4.2.4; reference/can-protocol.md sections 1 and 4.
 """
@@ -12,7 +12,7 @@ CLASSIC_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 8, 8, 8, 8, 8, 8)
 
 
 def dlc_to_length(dlc: int, *, fd: bool) -> int:
-    """Bytes that a data length code of 0..15 stands for; a classic frame never carries more than 8.
+    """Number of bytes for a data length code of 0..15; a classic frame never carries more than 8.
 
     Raises BadValue for any other code.
     """

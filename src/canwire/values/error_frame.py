@@ -77,7 +77,7 @@ def encode_error_frame(event: BusEvent) -> tuple[int, bytes]:
 
 
 def _encode_kind(event: BusEvent, data: bytearray) -> int:
-    """The classes that say what kind of event it is; fills in their data."""
+    """The error classes for the kind of the event; fills in their data."""
     if event.kind is EventKind.ERROR:
         data[2], data[3] = _PROTOCOL[event.error]
         return BUSERROR | (ACK if event.error is ErrorKind.ACK else PROT)
@@ -96,7 +96,7 @@ def _encode_kind(event: BusEvent, data: bytearray) -> int:
 
 
 def _encode_state(event: BusEvent, data: bytearray) -> int:
-    """The classes that say which state the controller is in; fills in their data."""
+    """The error classes for the state of the controller; fills in their data."""
     if event.state is ErrorState.BUS_OFF:
         return BUSOFF
     if event.state not in _CRTL_OF_STATE:
@@ -169,5 +169,5 @@ def _decode_ours(data: bytes, timestamp_ns: int) -> BusEvent:
 
 
 def _tec(state: ErrorState, byte: int) -> int:
-    """TEC is held at 256 in bus-off, which a byte cannot say."""
+    """Limit a counter to one byte: in bus-off, TEC stays at 256."""
     return 256 if state is ErrorState.BUS_OFF and byte == 255 else byte

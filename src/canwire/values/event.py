@@ -31,8 +31,8 @@ class EventKind(NamedInt):
     TIME_OVERRUN = 5
     ARBITRATION_LOST = 0x10
     ABORTED = 0x11
-    OVERRUN = 0x12  # the controller itself lost a frame: nobody fetched the ones before it
-    CHANGED = 0x13  # the line was set up anew; with an InfoCode: stopped, started again or reset
+    OVERRUN = 0x12  # the controller lost a frame, since earlier ones were not fetched in time
+    CHANGED = 0x13  # the line was set up again; with an InfoCode: stopped, started again or reset
     SLEEPING = 0x14
     WOKEN = 0x15
 
@@ -60,7 +60,7 @@ class ErrorKind(NamedInt):
 
 
 class ErrorState(NamedInt):
-    """Where fault confinement has put a controller."""
+    """The state of a controller in fault confinement."""
 
     ERROR_ACTIVE = 0
     ERROR_WARNING = 1
@@ -92,7 +92,7 @@ class BusEvent:
     `bit` is where it happened: for an error the bit of the frame counted from SOF (stuff bits
     included), for a lost arbitration the deciding bit in SJA1000's order (0 first identifier
     bit, 11 RTR or SRR, 12 IDE, 13..30 identifier extension, 31 its RTR); -1 where it means
-    nothing. `transmitting` tells a sender's event from a receiver's. `tec` and `rec` are the
+    nothing. `transmitting` is True for events of a sender. `tec` and `rec` are the
     counters after the event; TEC is held at 256 in bus-off. `code` is the InfoCode of an INFO or CHANGED, how often the
     time-stamp counter has run over in a TIME_OVERRUN, and an ERROR's code in the chip's own words (SJA1000: ECC;
     0 where it has none). `pending`: a frame of this controller's waits or is being sent; `coupling_fault`: its
@@ -146,7 +146,7 @@ class BusEvent:
 
     @classmethod
     def from_record(cls, record: bytes | bytearray | memoryview) -> BusEvent:
-        """The event in an 80-byte record; raises BadValue for other sizes and for what no event has."""
+        """The event in an 80-byte record; raises BadValue for other sizes and for values that no event has."""
         if len(record) != RECORD_SIZE:
             raise BadValue(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
         time_ns, number, info, first, status, flags, rec, tec, bit, code = _EVENT.unpack(record)

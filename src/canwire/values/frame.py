@@ -1,4 +1,4 @@
-"""A CAN frame that exists is legal: classic, remote or FD, frozen, and quick to make.
+"""CAN frames: classic, remote or FD. They are always valid, frozen, and quick to make.
 
 Source: ISO 11898-1:2015 8.4.2; record layout in values/record.py.
 """
@@ -27,7 +27,7 @@ _DLC_OF_LENGTH = tuple(
 )
 
 _NOT_GIVEN: Any = object()
-_NO_TIME = 0  # whoever gives none is not asked whether it is a whole number
+_NO_TIME = 0  # the default needs no check that it is a whole number
 
 
 class Frame:
@@ -164,7 +164,7 @@ class Frame:
 
 
 def _checked_dlc(data: bytes, remote: bool, fd: bool, dlc: int | None) -> int:
-    """The data length code that fits the data, or the one asked for if it does; raises BadFrame."""
+    """The data length code for the data, or the given one if it fits the data; raises BadFrame."""
     length = len(data)
     if remote and (fd or length):
         raise BadFrame(
@@ -269,7 +269,7 @@ def frame_at(words: _mem.Words, at: int) -> Frame:
 
 
 def frame_of_record(record: bytes | bytearray | memoryview) -> Frame:
-    """The frame in 80 bytes of record; raises BadFrame if it holds none that could be."""
+    """The frame in a record of 80 bytes; raises BadFrame if it contains no valid frame."""
     block = bytearray(record)
     if len(block) != 80:
         raise BadFrame(f"a record has 80 bytes, not {len(block)}")
@@ -279,7 +279,7 @@ def frame_of_record(record: bytes | bytearray | memoryview) -> Frame:
 
 
 def _check_format(frame: Frame, identifier: int) -> None:
-    """Records come from anywhere; what Frame's constructor refuses is refused here too."""
+    """Check a record like the constructor of Frame checks its arguments."""
     if identifier > (0x1FFFFFFF if frame.extended else 0x7FF):
         raise BadFrame(_bad_id(identifier, frame.extended))
     if frame.fd and frame.remote:

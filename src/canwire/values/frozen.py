@@ -1,9 +1,9 @@
 """Frozen dataclasses that are quick to define, for what every program loads before its first frame.
 
-The standard library compiles six methods for each class; here `__init__` alone is, when it is first called, and the
-rest is shared. To everybody else they are dataclasses: `dataclasses.replace`, `fields` and `asdict`,
-msgspec, pickle, `copy`, `match` and type checkers take them as such, since what `dataclasses` keeps in a class is made
-when it is first asked for. Annotations have to be strings (`from __future__ import annotations`); every class has
+The standard library compiles six methods for each class; this module compiles only `__init__`, at its first call, and
+shares the other methods. The classes work like dataclasses with `dataclasses.replace`, `fields` and `asdict`,
+msgspec, pickle, `copy`, `match` and type checkers, since the attributes that `dataclasses` keeps in a class are made
+at their first use. Annotations have to be strings (`from __future__ import annotations`); every class has
 fields, no base with fields, and plain defaults.
 """
 
@@ -39,7 +39,7 @@ def _made(cls: type) -> type:
 
 
 class _Later:
-    """An attribute of a class that is made, and takes its own place, when it is first asked for."""
+    """An attribute of a class that is made at its first use, and then replaces this object."""
 
     def __init__(self, make: Callable[[type], Any]) -> None:
         self._make = make
@@ -92,7 +92,7 @@ def _delete(self: Any, name: str) -> None:
 
 
 def _refuse(self: Any, name: str, what: str) -> None:
-    """Fields, and in the class itself anything; somebody's subclass may have attributes of its own."""
+    """Refuse fields, and any attribute of the class itself; subclasses may add attributes."""
     if name in self.__match_args__ or "__match_args__" in vars(type(self)):
         from dataclasses import FrozenInstanceError
 

@@ -1,8 +1,8 @@
-"""Where the 128 registers of an INduCAN104's SJA1000 stand in the I/O space of a PC.
+"""The addresses of the 128 SJA1000 registers of an INduCAN104 in the I/O space of a PC.
 
-The board takes 32 addresses below 400h, as the bus of the PC/AT wants it: A9..A5 select the board, A4..A0 one of
+The board uses 32 addresses below 400h, as the PC/AT bus requires: A9..A5 select the board, A4..A0 one of
 32 registers, and A11, A10, which that bus leaves free, one of four pages of 32. BasicCAN's 32 registers are page 0.
-A15..A12 go nowhere. Source: INduCAN104 manual ("PC/104 board address"). Its page ranges "0-32, 33-64, ..."
+A15..A12 are not connected. Source: INduCAN104 manual ("PC/104 board address"). Its page ranges "0-32, 33-64, ..."
 count wrong; its addresses make them 0..31, 32..63, 64..95, 96..127.
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 from canwire.errors import BadValue
 
 PORTS = 0x20
-"""As many addresses a board takes below 400h, and registers a page has."""
+"""Number of addresses of a board below 400h, and of registers in a page."""
 BASES = range(0x100, 0x400, PORTS)
 """The 24 addresses a board can have."""
 USUAL_BASE = 0x280
@@ -22,7 +22,7 @@ _SPACE = 0x10000
 
 
 def port_text(port: int) -> str:
-    """As the manual writes it: 280h."""
+    """The port in the notation of the manual: 280h."""
     return f"{port:03X}h"
 
 
@@ -57,7 +57,7 @@ def port_of(register: int, base: int) -> int:
 
 
 def register_at(port: int, base: int) -> int | None:
-    """The register that the board at that base shows at a port; None where it does not answer."""
+    """The register at a port of the board at that base; None if the board does not answer."""
     if port & SELECT != base:
         return None
     return port & (PORTS - 1) | (port >> _PAGE_SHIFT & 3) * PORTS

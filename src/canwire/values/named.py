@@ -1,4 +1,4 @@
-"""Numbers that print their names: `print(node.state)` shows ERROR_ACTIVE, which still is 0 where a number is wanted."""
+"""Numbers that print their names: `print(node.state)` shows ERROR_ACTIVE, which is still the number 0."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class NamedInt(IntEnum):
 
 
 class NamedFlags(IntFlag):
-    """The same for flags: A|B; what has no name stays a number, and none at all is 0."""
+    """An IntFlag with the same formats: A|B; flags without a name are shown as a number, no flags as 0."""
 
     def __str__(self) -> str:
         return self.name or str(int(self))

@@ -38,7 +38,7 @@ _NOWHERE = (1 << 31) - 1  # behind the end of anything packed
 
 
 def pack(records: bytearray) -> bytes:
-    """As many records as there are, 65,535 at most."""
+    """Pack all records, at most 65,535."""
     words = _mem.words_of(records)
     count = len(records) // _SIZE
     room = bytearray(_HEAD + count * _LARGEST)
@@ -58,7 +58,7 @@ def pack(records: bytearray) -> bytes:
 
 
 def unpack(packed: bytes) -> bytearray:
-    """The records; raises BadMessage for what `pack` does not make."""
+    """The records; raises BadMessage for bytes that `pack` does not produce."""
     size = len(packed)
     count = _get(packed, 0, 2) if size >= _HEAD else 0
     unit = _get(packed, 2, 1) if size >= _HEAD else 0
@@ -82,7 +82,7 @@ def unpack(packed: bytes) -> bytearray:
 
 
 def _unit(words: _mem.Words, count: int) -> int:
-    """Of which all differences are multiples."""
+    """The largest unit of which all differences are multiples."""
     for k in range(1, count):
         if _apart(words[k * _WORDS], words[(k - 1) * _WORDS]) % _COARSE_NS:
             return 1

@@ -1,7 +1,7 @@
 """The record that travels through every ring: 80 bytes, laid out like VCI's CANMSG2.
 
 Words are little-endian. `dwTime` and the reserved word behind it hold one 64-bit time in
-nanoseconds; a dialect that wants ticks converts on its own side.
+nanoseconds; a dialect that uses ticks converts them.
 
     offset  size  field
     0       8     time_ns   received: end of frame; to send: delay after the frame sent before
@@ -33,11 +33,9 @@ HIGH_PRIORITY = 1 << 9
 EXTENDED_DATA_LENGTH = 1 << 10
 FAST_DATA_RATE = 1 << 11
 ERROR_STATE_INDICATOR = 1 << 12
-CONFIRM = (
-    1 << 13
-)  # ours, in a bit VCI reserves: the sender wants to be told of the outcome, by its frame returned
-ABORT_ON_ERROR = 1 << 14  # ours too: given up at its first bus error, though not when arbitration is lost
-LOOP_BACK = 1 << 15  # ours too: every receiving channel of the line gets a copy at once, as if received
+CONFIRM = 1 << 13  # ours, in a bit VCI reserves: the sender gets its frame returned with the outcome
+ABORT_ON_ERROR = 1 << 14  # ours too: discarded at its first bus error, but not after a lost arbitration
+LOOP_BACK = 1 << 15  # ours too: each receiving channel of the line immediately gets a copy, as if received
 CONFIRM_LOAD = (
     1 << 24
 )  # ours, of a record to send: its channel wants it back when the controller has taken it
@@ -94,7 +92,7 @@ def linmsg_dtype() -> numpy.dtype[numpy.void]:
 
 
 def load_numpy() -> Any:
-    """numpy, or one clear line that names the extra."""
+    """Import numpy, or raise ExtraMissing with the name of the extra."""
     try:
         import numpy
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""Many frames at once, as numpy records; what Frame checks one by one is checked here for all."""
+"""Many frames as numpy records, with the checks of Frame for all of them together."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _FRAME_INFO = (
 
 
 def frames_to_array(frames: Iterable[Frame]) -> numpy.ndarray:
-    """Frames as records of `record_dtype()` for `send_array`; timestamps are left out. Needs canwire[arrays]."""
+    """Frames as records of `record_dtype()` for `send_array`; timestamps become 0. Needs canwire[arrays]."""
     listed = list(frames)
     for frame in listed:
         if frame.__class__ is not Frame:
@@ -45,7 +45,7 @@ def frames_to_array(frames: Iterable[Frame]) -> numpy.ndarray:
 
 
 def check_dtype(records: numpy.ndarray) -> None:
-    """Raise TypeError for what is no row of `record_dtype()` records."""
+    """Raise TypeError unless this is a one-dimensional array of `record_dtype()`."""
     numpy = load_numpy()
     instance("records", records, numpy.ndarray)
     if records.dtype != record_dtype() or records.ndim != 1:
@@ -55,9 +55,9 @@ def check_dtype(records: numpy.ndarray) -> None:
 
 
 def checked_records(records: numpy.ndarray, *, fd: bool, flags: int) -> numpy.ndarray:
-    """A copy that is fit to send: info reduced to the frame's own bits plus `flags`, bytes behind the data zeroed.
+    """A copy ready to send: info reduced to the bits of the frame plus `flags`, bytes after the data set to 0.
 
-    Raises BadFrame naming the first record at fault, TypeError for another dtype.
+    Raises BadFrame with the first invalid record, TypeError for another dtype.
     """
     numpy = load_numpy()
     check_dtype(records)

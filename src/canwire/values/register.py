@@ -1,4 +1,4 @@
-"""A register of a chip, as somebody who looks at it sees it."""
+"""A register of a chip for display."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from canwire.values.frozen import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RegisterValue:
-    """One register of a chip as it is now; `text` says what its bits mean."""
+    """One register of a chip as it is now; `text` describes its bits."""
 
     name: str
     address: int

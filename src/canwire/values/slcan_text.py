@@ -1,4 +1,4 @@
-"""Frames in the ASCII form that serial CAN adapters speak (SLCAN, LAWICEL), both directions, and its lines.
+"""Frames and lines in the ASCII protocol of serial CAN adapters (SLCAN, LAWICEL), both directions.
 
     t10021133           11-bit identifier, length, data
     T0000010021133      29-bit identifier (eight digits)
@@ -31,7 +31,7 @@ _NO_DIGIT = 16
 
 
 def _prototype(*, fd: bool = False) -> None:
-    """How SlcanReader is called, for help()."""
+    """The signature of SlcanReader, for help()."""
 
 
 class SlcanReader:
@@ -158,7 +158,7 @@ class SlcanReader:
 
 
 def digit(character: int) -> int:
-    """0..15, 16 for what is no hex digit."""
+    """The value of a hex digit, 0..15; 16 for other characters."""
     if 48 <= character <= 57:
         return character - 48
     character |= 32
@@ -168,7 +168,7 @@ def digit(character: int) -> int:
 
 
 def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
-    """An FD frame's DLC of two decimal digits, 10..15, whose second one stands at `at`; 16 if it is none."""
+    """An FD frame's DLC of two decimal digits, 10..15, whose second one is at `at`; 16 if they are no such DLC."""
     if tens != 1 or at == end or not 48 <= text[at] <= 53:
         return _NO_DIGIT
     code = text[at] - 38

@@ -4,7 +4,7 @@
     12345678#               29-bit identifier (eight digits), no data; 00000123# is extended too
     123#11.22.33            dots between bytes are read, never written
     123#R   123#R4          remote frame, asking for no data, for four bytes
-    123#1122334455667788_9  eight bytes under the raw data length code 9; 123#R8_9 likewise
+    123#1122334455667788_9  eight bytes with the raw data length code 9; 123#R8_9: a remote frame with it
     123##1AABB              CAN FD; the digit's bit 0 is BRS, bit 1 ESI. Bit 2 (FDF, which newer
                             candumps write) is read and never written; FD data of a length that
                             does not exist is padded with zeros to the next, as cansend does
@@ -68,7 +68,7 @@ class LogLine(NamedTuple):
 
 
 def parse_frame(text: str) -> Frame:
-    """The frame that a text like `123#11.22` stands for; raises BadText."""
+    """The frame that a text like `123#11.22` describes; raises BadText."""
     instance("text", text, str)
     content = parse_content(text)
     if isinstance(content, Frame):
@@ -77,7 +77,7 @@ def parse_frame(text: str) -> Frame:
 
 
 def parse_content(text: str, timestamp_ns: int = 0) -> Frame | BusEvent:
-    """The frame or, for an error frame, the event that a text stands for; raises BadText."""
+    """The frame or, for an error frame, the event that a text describes; raises BadText."""
     match = _FRAME.fullmatch(text)
     if match is None:
         raise BadText(_complaint(text))
@@ -91,7 +91,7 @@ def parse_content(text: str, timestamp_ns: int = 0) -> Frame | BusEvent:
 
 
 def _in_text(error: BadFrame | BadText, id: str) -> str:
-    """What is wrong, with the remedy for texts: they have no arguments such as extended=True."""
+    """The error message, with a remedy for texts, which have no arguments such as extended=True."""
     if len(id) == 3 and int(id, 16) > 0x7FF:
         return f"identifier {id} needs more than 11 bits (000 to 7FF); write 8 hex digits for a 29-bit one: {id:0>8}"
     return str(error)
@@ -206,12 +206,12 @@ def _error_event(id: int, match: re.Match[str], timestamp_ns: int) -> BusEvent:
 def _raw_code(digit: str, length: int) -> int:
     code = int(digit, 16)
     if code <= 8 or length != 8:
-        raise BadText(f"_{digit}: a raw data length code is _9 to _F, and stands behind 8 bytes")
+        raise BadText(f"_{digit}: a raw data length code is _9 to _F, after 8 bytes")
     return code
 
 
 def _complaint(text: str) -> str:
-    """What keeps a text from being a frame."""
+    """The reason why a text is no frame."""
     shown = _shown(text)
     head, hash_, rest = text.partition("#")
     if not hash_:
@@ -221,10 +221,10 @@ def _complaint(text: str) -> str:
     if rest[:1] in ("R", "r"):
         return f"{shown}: after R comes nothing, a length from 0 to 8, or 8_9 to 8_F"
     if rest[:1] == "#" and not re.match(r"[0-9A-Fa-f]", rest[1:]):
-        return f"{shown}: behind ## stands a digit of flags: bit 0 BRS, bit 1 ESI"
+        return f"{shown}: ## needs a digit of flags after it: bit 0 BRS, bit 1 ESI"
     return f"{shown}: data {_shown(rest.lstrip('#'))} must be pairs of hex digits, a dot between them or not"
 
 
 def _shown(text: str) -> str:
-    """The text for a message, cut where it is long."""
+    """The text for a message, shortened if it is long."""
     return repr(text if len(text) <= 120 else text[:117] + "...")

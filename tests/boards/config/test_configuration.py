@@ -312,7 +312,7 @@ def test_options_are_rows_for_documentation() -> None:
             )
         ),
     ]
-    help = "bit/s that is usual after the bit-rate switch"
+    help = "default data bit rate in bit/s, after BRS"
     assert rows[3] == Option("bus", "data_bit_rate", "integer", None, help)
     assert [row.type for row in rows] == [
         "string", "string", "integer", "integer", "number", "number", "number",

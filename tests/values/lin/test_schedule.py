@@ -30,7 +30,7 @@ def test_the_resolving_slots_of_an_event_are_its_members_once_each() -> None:
         (lambda: LinSlot.frame(64), "frame slot: LIN identifier 0x40"),
         (lambda: LinSlot.sporadic([]), "it needs one of them"),
         (lambda: LinSlot(SlotKind.FRAME, (1, 2)), "it needs one of them"),
-        (lambda: LinSlot.event(0x30, []), "name the frames that it stands for"),
+        (lambda: LinSlot.event(0x30, []), "name the frames that answer it"),
         (lambda: LinSlot.event(0x30, [99]), "LIN identifier 0x63"),
         (lambda: LinSlot.frame(1, delay_ns=-1), "delay_ns -1"),
         (lambda: LinSlot.frame(1, length=9), "length 9"),

@@ -1,4 +1,4 @@
-"""What canwire.toml's types do not say: names that exist, places that are free, rates that can be made."""
+"""Checks of canwire.toml beyond its types: existing names, free places, possible rates."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _INDUCAN104_ONLY = ("base", "irq", "shared_irq", "access")
 
 
 class Check:
-    """A whole file, `source` in messages; `run` raises BadConfig with the place."""
+    """Checks a whole file, which messages call `source`; `run` raises BadConfig with the place."""
 
     def __init__(self, buses: Sequence[BusConfig], boards: Sequence[BoardConfig], source: str) -> None:
         self._buses = buses
@@ -81,7 +81,7 @@ class Check:
                 )
 
     def _isa(self, index: int, board: BoardConfig) -> None:
-        """What the jumpers of an inducan104 say, and whether the boards before it leave that free."""
+        """Check the jumpers of an inducan104, and that no earlier board uses the same ones."""
         if board.kind != INDUCAN104:
             self._default(
                 f"board[{index}]", board, _INDUCAN104_ONLY, f"{board.kind} has none; {INDUCAN104} has"
@@ -95,14 +95,14 @@ class Check:
             self._apart(index, number)
 
     def _port(self, index: int, board: BoardConfig) -> None:
-        """An adapter's kind needs to know where it is, others are nowhere."""
+        """Check `port`: adapters need one, other boards have none."""
         self._accept(f"board[{index}].port", lambda port: checked_port(board.kind, port), board.port)
         for number, other in enumerate(self._boards[:index] if board.port else ()):
             if other.port == board.port:
                 self._refuse(f"board[{index}].port", f"{board.port!r} twice; board[{number}] has it too")
 
     def _options(self, place: str, board: BoardConfig) -> None:
-        """What ideal controllers have, and chips and adapters do not."""
+        """Check the options that only ideal controllers have."""
         if not catalogue.kind(board.kind).ideal:
             self._default(place, board, _IDEAL_ONLY, f"{board.kind} has none; USB-to-CAN boards have")
         self._accept(f"{place}.fd_tolerant", lambda _: board.options, board.fd_tolerant)
@@ -113,7 +113,7 @@ class Check:
                 self._refuse(f"{place}.{name}", why)
 
     def _apart(self, index: int, before: int) -> None:
-        """Neither board is in the other's way."""
+        """Check that two boards have different addresses, and interrupt lines that do not conflict."""
         board, other = self._boards[index], self._boards[before]
         mine, theirs = board.place, other.place
         if mine is None or theirs is None:
@@ -146,7 +146,7 @@ class Check:
 
 @cache
 def _defaults(table: type[msgspec.Struct]) -> dict[str, object]:
-    """By field; once, since msgspec evaluates every annotation for it."""
+    """The defaults by field; cached, since msgspec evaluates every annotation for them."""
     return {field.name: field.default for field in msgspec.structs.fields(table)}
 
 

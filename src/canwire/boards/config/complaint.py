@@ -1,4 +1,4 @@
-"""What a configuration file is told that has the wrong shape, in the file's own words instead of msgspec's."""
+"""Error messages for a configuration file of the wrong form, in the terms of TOML instead of msgspec's."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LONGEST_VALUE = 60
 
 
 def complaint(message: str, data: dict[str, Any], tables: Mapping[str, Sequence[str]]) -> str:
-    """What msgspec has against the data, with the place first and the value there; `tables` has each one's keys."""
+    """The message of msgspec with its place first, and the value at that place; `tables` lists the keys of tables."""
     found = _PLACE.search(message)
     place, what = (found[1].removeprefix("."), message[: found.start()]) if found else ("", message)
     if unknown := _UNKNOWN.fullmatch(what):
@@ -40,7 +40,7 @@ def complaint(message: str, data: dict[str, Any], tables: Mapping[str, Sequence[
 
 
 def _value_at(place: str, data: Any) -> str:
-    """` = value` for what can be shown in a line."""
+    """` = value` if the value fits into one line, else nothing."""
     for key, index in _STEP.findall(place):
         data = data[int(index)] if index else data[key]
     if isinstance(data, dict | list):

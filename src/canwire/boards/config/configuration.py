@@ -13,8 +13,8 @@
     kind = "inducan104"
     base = 0x280
 
-Every option stands once, in tables.py beside this. A file without [[bus]] has the buses can0 and lin0, one without
-[[board]] no boards until somebody plugs them in; without a file there is the default world of rulings.md 30.
+Every option is described in tables.py. A file without [[bus]] defines the buses can0 and lin0. A file without [[board]]
+defines no boards; programs can plug them in. Without a file, the hub has the default boards of rulings.md 30.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from canwire.errors import BadConfig
 
 
 class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The whole file, checked: what it names exists, and a hub can run it."""
+    """The whole file, checked: its names exist, and a hub can run it."""
 
     bus: tuple[BusConfig, ...] = (
         BusConfig(name=USUAL_BUS, data_bit_rate=2_000_000),
@@ -46,7 +46,7 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     @classmethod
     def load(cls, path: str | Path) -> Config:
-        """The file's configuration; raises BadConfig naming file and place."""
+        """The configuration in a file; raises BadConfig with the file and the place."""
         try:
             text = Path(path).read_bytes().decode("utf-8")
         except OSError as error:
@@ -57,9 +57,9 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     @classmethod
     def parse(cls, text: str, source: str = "canwire.toml") -> Config:
-        """The text's configuration; `source` is what messages call it. Raises BadConfig."""
+        """The configuration in a text, which messages call `source`. Raises BadConfig."""
         try:
-            text.encode()  # half a character, which no file holds but a program's text may
+            text.encode()  # lone surrogates, which files cannot contain, but strings can
             data = tomllib.loads(text)
         except ValueError as error:
             raise BadConfig(f"{source}: {error}") from None
@@ -78,6 +78,6 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     @classmethod
     def default(cls) -> Config:
-        """The world without a file: a few boards, all on one bus (source: rulings.md 30)."""
+        """The configuration without a file: four boards, all on one bus (source: rulings.md 30)."""
         kinds = enumerate(USUAL_BOARDS, 1)
         return cls(board=tuple(BoardConfig(kind=name, serial=f"HW{number:06}") for number, name in kinds))

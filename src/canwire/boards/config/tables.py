@@ -1,4 +1,4 @@
-"""canwire.toml's tables: every option once, with its type, default and help."""
+"""The tables of canwire.toml: each option with its type, default and help."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from canwire.values.controller_options import LONGEST_LOOP_NS, ControllerOptions
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """[[bus]]: the copper."""
+    """[[bus]]: a bus."""
 
     name: Annotated[str, Meta(description="name of the bus: no blanks, parentheses or colons")]
     type: Annotated[str, Meta(pattern="^(can|lin)$", description="can or lin")] = "can"
@@ -25,13 +25,13 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             Meta(
                 ge=1,
                 le=1_000_000,
-                description="bit/s that is usual there; left out, 500000 (can) or 19200 (lin)",
+                description="default bit rate in bit/s; if omitted, 500000 (can) or 19200 (lin)",
             ),
         ]
         | None
     ) = None
     data_bit_rate: (
-        Annotated[int, Meta(ge=1, le=20_000_000, description="bit/s that is usual after the bit-rate switch")]
+        Annotated[int, Meta(ge=1, le=20_000_000, description="default data bit rate in bit/s, after BRS")]
         | None
     ) = None
     length_m: Annotated[
@@ -39,12 +39,14 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     ] = 0.0
     node_delay_ns: Annotated[
         float,
-        Meta(ge=0, le=100_000, description="extra delay of every node in ns, 75 an opto-coupler; 0: ideal"),
+        Meta(
+            ge=0, le=100_000, description="extra delay of each node in ns, 75 for one opto-coupler; 0: ideal"
+        ),
     ] = 0.0
     termination_ohm: Annotated[
         float,
         Meta(
-            ge=0, le=1_000_000, description="resistor at each end of the cable in ohms; usual are 120 to 180"
+            ge=0, le=1_000_000, description="resistor at each end of the cable in ohms; typically 120 to 180"
         ),
     ] = 120.0
 
@@ -66,30 +68,30 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     ]
     serial: Annotated[
         str,
-        Meta(description='hardware id: "HW" and 1 to 14 printable characters; left out, the hub chooses one'),
+        Meta(
+            description='hardware id: "HW" and 1 to 14 printable characters; if omitted, the hub chooses one'
+        ),
     ] = ""
     buses: Annotated[
-        tuple[str, ...], Meta(description="a bus for each of its lines; left out, the kind's usual ones")
+        tuple[str, ...], Meta(description="one bus for each line; if omitted, the default buses of the kind")
     ] = ()
     base: (
-        Annotated[int, Meta(description="inducan104: its address, 0x100, 0x120 to 0x3E0; left out, 0x280")]
+        Annotated[int, Meta(description="inducan104: address, 0x100, 0x120 to 0x3E0; if omitted, 0x280")]
         | None
     ) = None
     irq: (
-        Annotated[
-            int, Meta(description="inducan104: its interrupt line, 3, 4, 5, 7, 9, 10 or 11; left out, 5")
-        ]
+        Annotated[int, Meta(description="inducan104: interrupt line, 3, 4, 5, 7, 9, 10 or 11; if omitted, 5")]
         | None
     ) = None
     shared_irq: Annotated[
         bool,
-        Meta(description="inducan104: share its interrupt line with boards that have this too"),
+        Meta(description="inducan104: share the interrupt line with boards that set this option too"),
     ] = False
     access: Annotated[
         str,
         Meta(
             pattern="^(simulated|port)$",
-            description="inducan104: simulated, or port for a real one, which takes rights to /dev/port",
+            description="inducan104: simulated, or port for a real board, which needs access to /dev/port",
         ),
     ] = "simulated"
     port: Annotated[
@@ -102,27 +104,27 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Meta(
             ge=0,
             le=LONGEST_LOOP_NS,
-            description="its transceivers' loop delay in ns, usual are 50 to 255; 0: ideal",
+            description="loop delay of the transceivers in ns, typically 50 to 255; 0: ideal",
         ),
     ] = 0.0
     delay_compensation: Annotated[
         bool,
-        Meta(description="it makes up for that delay in the data phase, unless a program says otherwise"),
+        Meta(description="compensate the loop delay in the data phase, unless a program sets it"),
     ] = False
     edge_filter: Annotated[
-        bool, Meta(description="while it looks for an idle bus, it ignores dominant time under two quanta")
+        bool, Meta(description="ignore dominant levels under two time quanta while waiting for an idle bus")
     ] = False
     protocol_exception: Annotated[
         bool,
-        Meta(description="an FD line leaves frames of an unknown format alone; else they are form errors"),
+        Meta(description="an FD line ignores frames of an unknown format; else they are form errors"),
     ] = True
     fd_tolerant: Annotated[
-        bool, Meta(description="set up for classic CAN, it leaves FD frames alone; else it destroys them")
+        bool, Meta(description="a line set up for classic CAN ignores FD frames; else it destroys them")
     ] = False
 
     @property
     def options(self) -> ControllerOptions:
-        """What its controllers have unless a program says otherwise; raises BadValue for what contradicts itself."""
+        """Default options of its controllers; raises BadValue if they contradict each other."""
         return ControllerOptions(
             self.loop_delay_ns,
             DelayCompensation() if self.delay_compensation else None,
@@ -133,7 +135,7 @@ class BoardConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     @property
     def place(self) -> IsaPlace | None:
-        """Address and interrupt line of an inducan104, None of other kinds; raises BadValue for impossible ones."""
+        """Address and interrupt line of an inducan104, None for other kinds; raises BadValue."""
         return checked_place(self.base, self.irq, self.shared_irq) if self.kind == INDUCAN104 else None
 
 
@@ -141,7 +143,7 @@ TABLES: dict[str, type[BusConfig | BoardConfig]] = {"bus": BusConfig, "board": B
 
 
 class Option(NamedTuple):
-    """An option as documentation shows it; `default` None where it must be given or has none."""
+    """An option for the documentation; `default` is None if it is required or has no default."""
 
     table: str
     name: str
@@ -151,7 +153,7 @@ class Option(NamedTuple):
 
 
 def options(tables: Mapping[str, type[msgspec.Struct]] = TABLES) -> list[Option]:
-    """Every option of these tables, in the order of their classes."""
+    """All options of these tables, in the order of their classes."""
     rows = []
     for table, kind in tables.items():
         properties = msgspec.json.schema(kind)["$defs"][kind.__name__]["properties"]

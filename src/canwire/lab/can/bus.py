@@ -1,4 +1,4 @@
-"""A CAN bus on the bench, and the nodes it makes."""
+"""The CAN bus of a lab, and its nodes."""
 
 from __future__ import annotations
 
@@ -38,31 +38,31 @@ class LabNode(CanBenchNode["LabBus"]):
     """One controller with one channel. Made by `LabBus.node`."""
 
     def close(self) -> None:
-        """Leave the bus for good, with its name; a second time does nothing."""
+        """Leave the bus permanently, and free the name of the node; a second call does nothing."""
         super().close()
         self.bus.forget(self)
 
 
 class Behaviour(Protocol):
-    """What a node does by itself: script.py has one to build on."""
+    """The behaviour of a node; NodeScript in script.py is a base class for it."""
 
     def run_on(self, node: LabNode) -> None:
         """Start on this node."""
 
 
 def _check_free(script: object) -> None:
-    """Raise BadValue for a script that another node of an open lab has: it would send as the second alone."""
+    """Raise BadValue for a script that another node of an open lab uses: it would send from the second node only."""
     node = getattr(script, "node", None)
     if isinstance(node, LabNode) and not node.time.closed and node.bus.nodes.get(node.name) is node:
         kind = type(script).__name__
         raise BadValue(
-            f"script {kind}: node {node.line.name} has this object; give each node one of its own, {kind}()"
+            f"script {kind}: node {node.line.name} has this object; give each node a separate one, {kind}()"
         )
 
 
 @answers_wrong_names
 class LabBus(BenchBus[LabNode, Frame, CanBus]):
-    """One CAN bus; `faults` is what goes wrong on it."""
+    """One CAN bus; `faults` sets faults on it."""
 
     def __init__(
         self,
@@ -103,17 +103,17 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         options: ControllerOptions = USUAL,
         **unknown: Never,
     ) -> LabNode:
-        """A new node, started, on the bus since before its first frame.
+        """A new node, started; on an idle bus it takes part immediately.
 
-        `controller` "sja1000" gives it that chip at 16 MHz with a driver that programs its registers, instead of the
-        ideal one; it knows classic CAN only, and joins the bus after 11 recessive bits, as chips do.
+        `controller` "sja1000" gives the node that chip at 16 MHz, with a driver that programs its registers, instead
+        of the ideal controller. The chip supports classic CAN only, and joins the bus after 11 recessive bits.
 
         `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones; a mask bit of 1
-        must match; without filters everything arrives. `self_reception` returns its own frames to it.
-        `receives=False` makes a node that acknowledges but keeps nothing. Timing is the bus's unless given; `fd=False`
-        makes a classic controller, which destroys FD frames as real ones do. Queues are in frames. `options` are what
-        else FD controllers have, and the transceiver's delay: see ControllerOptions.
-        `script` is the node's behaviour: see NodeScript.
+        must match; without filters the node receives all frames. With `self_reception` it also receives the frames
+        that it sends. With `receives=False` it acknowledges frames but stores none. The default timing is that of the
+        bus. `fd=False` makes a classic controller, which destroys FD frames like a real one. Queue sizes are in frames.
+        `options` are further options of FD controllers, and the delay of the transceiver: see ControllerOptions.
+        `script` is the behaviour of the node: see NodeScript.
         """
         if unknown:
             raise unknown_argument("node()", unknown, LabBus.node)
@@ -178,7 +178,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     @property
     def frames(self) -> int:
-        """Frames that went through."""
+        """Number of frames transmitted successfully."""
         return self.wire.tally.frames
 
     @property
@@ -187,9 +187,9 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
     @property
     def warnings(self) -> list[TimingCheck]:
-        """What could not work on copper, as the nodes are set up now; str() of each is a sentence with its remedy.
+        """Settings of the present nodes that could not work on a real bus; str() of each is a sentence with its remedy.
 
-        Chips that were attached by hand count as well, and lines of boards where the lab serves some.
+        They include chips that were attached by hand, and the lines of boards on the bus.
         """
         nodes = []
         for node in self.nodes.values():
@@ -213,7 +213,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
         self.wire.tally.tap = tap
 
     def stalled(self, after_ns: int) -> str | None:
-        """Why this bus has got no frame through for `after_ns` although it is busy, or None."""
+        """Why this busy bus has transmitted no frame for `after_ns`, or None."""
         for wire in (self.wire, *self.faults.islands()):
             if wire.busy():
                 last_ns = max(wire.tally.last_success_ns, wire.busy_since_ns())
@@ -236,7 +236,7 @@ class LabBus(BenchBus[LabNode, Frame, CanBus]):
 
 
 class RecentFrames(Recent[Frame], Tap):
-    """Those of a CAN bus, as records."""
+    """The last frames of a CAN bus, as records."""
 
     def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
         self.keep(node.name, box.record(), at_ns)

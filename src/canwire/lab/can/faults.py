@@ -1,4 +1,4 @@
-"""What goes wrong on a bench's CAN bus: faults seen by its nodes, plugs that can be pulled, a short."""
+"""The faults of a lab's CAN bus: disturbed bits, disconnected nodes, a short."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from canwire.values.wrong_names import answers_wrong_names
 
 @answers_wrong_names
 class LabFaults(Faults):
-    """bus/can/faults/faults.py, with nodes of the bench and with plugs that can be pulled."""
+    """Faults of bus/can/faults/faults.py for nodes of the lab, and nodes that can be disconnected."""
 
     def __init__(self, time: LabTime, bus: CanBus, seed: int) -> None:
         super().__init__(bus, seed)
@@ -52,7 +52,7 @@ class LabFaults(Faults):
         return selected(self._time.selection, fault, partial(self._words, "flip", given))
 
     def add_noise(self, bit_error_rate: float) -> Scripted:
-        """Noise beside what there is already."""
+        """Add noise to the noise set before."""
         noise = super().add_noise(bit_error_rate)
         given = {"bit_error_rate": bit_error_rate}
         return selected(self._time.selection, noise, partial(self._words, "noise", given))
@@ -68,7 +68,7 @@ class LabFaults(Faults):
         return f"{self._home.name}: {call(name, given)}"
 
     def _takes(self, name: str, **given: object) -> bool:
-        """Does what has no object of its own take place?"""
+        """Whether a fault without a separate object takes place."""
         selection = self._time.selection
         return selection is None or selection.takes(FAULTS, partial(self._words, name, given))
 
@@ -82,18 +82,18 @@ class LabFaults(Faults):
         return self._time.touch()
 
     def islands(self) -> list[CanBus]:
-        """The stubs of the nodes whose plug is pulled."""
+        """The stubs of the disconnected nodes."""
         return self._islands.stubs()
 
     def disconnect(self, node: CanBenchNode[Any]) -> None:
-        """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
+        """Disconnect the node: it is alone on a separate stub immediately, even in the middle of a frame."""
         instance("node", node, CanBenchNode)
         if self._takes("disconnect", node=node):
             with self._time.touch():
                 self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: CanBenchNode[Any]) -> None:
-        """Put the plug back; the node waits for 11 recessive bits, as after a start."""
+        """Connect the node again; it waits for 11 recessive bits, as after a start."""
         instance("node", node, CanBenchNode)
         with self._time.touch():
             self._islands.put_back(node.line, self._go_home)
@@ -105,7 +105,7 @@ class LabFaults(Faults):
                 super().short()
 
     def clear_short(self) -> None:
-        """Take the short away."""
+        """Remove the short."""
         with self._time.touch():
             super().clear_short()
 

@@ -1,4 +1,4 @@
-"""A CAN node on the bench: sends, receives, shows its counters."""
+"""A CAN node of a lab: sends, receives, shows its counters."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ALL_EVENTS = frozenset(int(kind) for kind in EventKind)
 
 
 class CanBenchNode(BenchNode[Frame, BusT], Sending):
-    """What LabNode does: one controller with one channel."""
+    """The base class of LabNode: one controller with one channel."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         line.open(channel)
 
     def begin(self, resting: bool) -> None:
-        """Configure and start; on a resting bus the node counts as having been there all along."""
+        """Configure and start; on a resting bus the node takes part immediately."""
         self._driver.configure(self.settings)
         self._driver.start(self.time.timeline.now_ns, integrated=resting)
 
@@ -67,7 +67,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
     def send_array(self, records: numpy.ndarray) -> int:
         """Queue records of numpy dtype `record_dtype()`, as from `receive_array`; their time is a delay in ns.
 
-        Returns how many fitted into the queue. Raises BadFrame for a record that is no frame of this line.
+        Returns the number of records queued. Raises BadFrame for a record that is no valid frame for this line.
         """
         self._check_open()
         check_dtype(records)
@@ -85,7 +85,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         return places[count] if count < len(places) else len(records)
 
     def _takes(self, frame: Frame) -> bool:
-        """Is it sent? A frame that is left out counts as taken, and never reaches the queue."""
+        """Whether the frame is sent. A frame that is not selected counts as sent, but is not queued."""
         selection = self.time.selection
         return selection is None or selection.takes(
             FRAMES, lambda: f"{self._full_name}: {format_frame(frame)}"
@@ -94,10 +94,10 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
     async def send_async(
         self, frame: Frame, *, single_shot: bool = False, high_priority: bool = False
     ) -> int:
-        """Send and wait until the frame went through; returns when that was, in ns.
+        """Send, wait until the frame was transmitted, and return the time of its end in ns.
 
-        Raises NotTransmitted if it was given up, BusOff if the node left the bus. Cancelled, the frame
-        stays queued.
+        Raises NotTransmitted if it was discarded, BusOff if the node left the bus. If the task is cancelled,
+        the frame stays queued.
         """
         outcome: list[tuple[bool, int]] = []
         self._check_open()
@@ -123,16 +123,16 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         return at_ns
 
     def cancel(self) -> int:
-        """Give up everything queued, but for a frame on the wire; returns how many."""
+        """Discard all queued frames, except one on the wire; returns their number."""
         with self.time.touch():
             return self.line.cancel(self._channel)
 
     # receiving
 
     def receive_many(self, limit: int) -> list[Frame]:
-        """Up to `limit` frames, oldest first; takes only what is there."""
+        """Up to `limit` frames, oldest first, without waiting."""
         most = whole("limit", limit, 0, LONGEST_NS)
-        return self._ring.take_frames(most)  # at once: several times as quick as one by one
+        return self._ring.take_frames(most)  # together: several times as quick as one by one
 
     def receive_array(self, limit: int | None = None) -> numpy.ndarray:
         """Up to `limit` frames (None: all) as numpy records: see `record_dtype`. Needs canwire[arrays]."""
@@ -142,9 +142,9 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
     def expect(
         self, id: int, *, within: float, extended: bool = False, data: bytes | None = None, **unknown: Never
     ) -> Frame:
-        """Let at most `within` seconds pass until this frame arrives, dropping others.
+        """Let at most `within` seconds pass until this frame arrives, discarding others.
 
-        Raises NotReceived, saying what came instead.
+        Raises NotReceived with the frames that arrived instead.
         """
         if unknown:
             raise unknown_argument("expect()", unknown, CanBenchNode.expect)
@@ -156,9 +156,9 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         return self._expect(wanted, f"{id:#x}", within)
 
     def events(self, *kinds: EventKind) -> list[BusEvent]:
-        """What else happened to this node since the last call (errors, states, lost arbitration); all, or these kinds.
+        """Events of this node since the last call (errors, states, lost arbitration): all, or those of these kinds.
 
-        The first call starts the recording, so call it once before what you want to see.
+        The first call starts the recording, so call `events` once before the part of interest.
         """
         if self._events is None:
             self._events = Channel(_EVENT_QUEUE, 0, frames=False, events=_ALL_EVENTS)
@@ -197,17 +197,17 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
 
     @property
     def accepted(self) -> int:
-        """Frames that passed the filters: those read, those that wait, and those lost."""
+        """Number of frames that passed the filters: frames read, waiting and lost."""
         return int(self._channel.accepted)
 
     @property
     def lost(self) -> int:
-        """Frames that found the receive queue full."""
+        """Number of frames lost because the receive queue was full."""
         return self._channel.lost
 
     @property
     def sent(self) -> int:
-        """Frames queued so far: those delivered, aborted and pending."""
+        """Number of frames queued so far: delivered, aborted and pending."""
         return int(self._channel.sent)
 
     @property
@@ -223,31 +223,31 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         return self._channel.pending()
 
     def stop(self) -> None:
-        """Leave the bus at once; what is queued stays queued."""
+        """Leave the bus immediately; frames stay queued."""
         with self.time.touch():
             self._driver.stop(self.time.timeline.now_ns)
 
     def start(self) -> None:
-        """Take part again, with counters at 0, after 11 recessive bits."""
+        """Join the bus again, with counters at 0, after 11 recessive bits."""
         self._check_open()
         with self.time.touch():
             self._driver.start(self.time.timeline.now_ns)
 
     def restart(self) -> None:
-        """After bus-off: rejoin once 128 times 11 recessive bits have been seen."""
+        """After bus-off: join the bus again after 128 sequences of 11 recessive bits."""
         self._check_open()
         with self.time.touch():
             self._driver.restart(self.time.timeline.now_ns)
 
     def reconfigure(self, settings: LineSettings) -> None:
-        """New timing or mode, effective at once."""
+        """Set a new timing or mode, effective immediately."""
         instance("settings", settings, LineSettings)
         with self.time.touch():
             self._driver.configure(settings)
             self.settings = settings
 
     def on_events(self, callback: Callable[[], None] | None) -> None:
-        """The same for the queue of events, once `events` has been called."""
+        """Like `on_frames`, for the queue of events; effective once `events` has been called."""
         if self._events is not None:
             self._events.receive.listener = callback
 

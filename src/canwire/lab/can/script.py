@@ -1,4 +1,4 @@
-"""A node's behaviour as a class: what it does on messages, on timers, and when things go wrong."""
+"""The behaviour of a node as a class: methods for messages, timers and bus events."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NEVER_CALLED = frozenset(  # other libraries' names for on_message
 
 
 class _NoBusYet:
-    """What a script has for a node until `run_on` gives it one."""
+    """The `node` of a script before `run_on`."""
 
     def __get__(self, instance: object, kind: type) -> _NoBusYet:
         if instance is None:
@@ -31,7 +31,7 @@ class _NoBusYet:
 
 
 class NodeScript:
-    """Override what you need; everything runs in the lab's time, one call after another.
+    """Base class for the behaviour of a node: override its methods, which run in the lab's time, one at a time.
 
     >>> class Thermometer(NodeScript):
     ...     def on_start(self):
@@ -51,16 +51,16 @@ class NodeScript:
                 _refuse_near_name(cls.__name__, name)
 
     def on_start(self) -> None:
-        """The node is on the bus."""
+        """Called when the node has joined the bus."""
 
     def on_message(self, frame: Frame) -> None:
-        """A frame passed the node's filters."""
+        """Called for each frame that passed the filters of the node."""
 
     def on_event(self, event: BusEvent) -> None:
-        """An error, a change of state, a lost arbitration."""
+        """Called for each error, change of state and lost arbitration."""
 
     def on_timer(self) -> None:
-        """A turn of `every` or `after` that named no function of its own."""
+        """Called by timers of `every` and `after` without a callback."""
 
     @property
     def now_ns(self) -> int:
@@ -70,19 +70,19 @@ class NodeScript:
         self.node.send(frame)
 
     def every(self, seconds: float, callback: Callable[[], None] | None = None) -> Periodic:
-        """Call `callback` (or on_timer) each time this many seconds have passed; `cancel` ends it."""
+        """Call `callback` (or on_timer) every `seconds` seconds; `cancel` of the result ends it."""
         period_ns = nanoseconds("every", seconds)
         if seconds < 1e-9:
             raise BadValue(f"every {seconds} s: a period is at least one nanosecond")
         return Periodic(self.node, period_ns, callback or self.on_timer)
 
     def after(self, seconds: float, callback: Callable[[], None] | None = None) -> Timer:
-        """Call `callback` (or on_timer) once, so many seconds from now."""
+        """Call `callback` (or on_timer) once, after `seconds` seconds."""
         time = self.node.time
         return time.at(time.timeline.now_ns + nanoseconds("after", seconds), callback or self.on_timer)
 
     def run_on(self, node: LabNode) -> None:
-        """Start on this node; `LabBus.node` does it."""
+        """Start on this node; called by `LabBus.node`."""
         self.node = node
         take = self._take_frames
         if type(self).on_event is not NodeScript.on_event:
@@ -106,8 +106,8 @@ class NodeScript:
 
 
 def _refuse_near_name(kind: str, name: str) -> None:
-    """Raise TypeError for a method that was meant to be one of the script's and would never be called."""
-    from difflib import get_close_matches  # for methods beyond the script's own alone
+    """Raise TypeError for a method whose name resembles a hook, but would never be called."""
+    from difflib import get_close_matches  # only for unknown methods
 
     if name in _NEVER_CALLED or get_close_matches(name, _HOOKS, 1, 0.85):
         raise TypeError(
@@ -117,7 +117,7 @@ def _refuse_near_name(kind: str, name: str) -> None:
 
 
 class Periodic:
-    """A callback that comes again and again, without drift."""
+    """A periodic callback, without drift."""
 
     def __init__(self, node: LabNode, period_ns: int, callback: Callable[[], None]) -> None:
         self._time = node.time

@@ -1,1 +1,1 @@
-"""The bench's LIN buses and their nodes."""
+"""The LIN buses of a lab and their nodes."""

@@ -1,4 +1,4 @@
-"""A LIN bus on the bench, and the nodes it makes: one master, and slaves."""
+"""The LIN bus of a lab, and its nodes: one master, and slaves."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ _DEFAULT_QUEUE = 16_384
 
 
 class LabLinNode(LinBenchNode["LabLinBus"]):
-    """One LIN controller with one queue of what it hears. Made by `LabLinBus.master` and `LabLinBus.slave`.
+    """One LIN controller with one receive queue. Made by `LabLinBus.master` and `LabLinBus.slave`.
 
-    `schedule` is a master's: `start`, `stop`, `request` and the rest of it.
+    `schedule` controls the schedules of a master: `start`, `stop`, `request`.
     """
 
     def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
-        """A master's: send a request (SID and data, 1 to 4095 bytes) to this NAD, and return the payload that answers.
+        """Masters only: send a request (SID and data, 1 to 4095 bytes) to this NAD, and return the answer's payload.
 
-        b"" for a functional request (NAD 0x7E). Up to `within` seconds pass. Raises NotReceived, WrongState.
+        Returns b"" for a functional request (NAD 0x7E). Up to `within` seconds pass. Raises NotReceived, WrongState.
         """
         self._check_open()
         return exchange(self.time, self.line, nad, payload, within)
 
     def close(self) -> None:
-        """Leave the bus for good, with its name; a second time does nothing."""
+        """Leave the bus permanently, and free the name of the node; a second call does nothing."""
         super().close()
         self.bus.forget(self)
 
 
 @answers_wrong_names
 class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
-    """One LIN bus; `faults` is what goes wrong on it."""
+    """One LIN bus; `faults` sets faults on it."""
 
     def __init__(self, time: LabTime, name: str, bit_rate: int, sleep_after: float | None) -> None:
         self.bit_rate = checked_rate(bit_rate)
@@ -78,13 +78,13 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         byte_space_bits: int = 0,
         receive_queue: int = _DEFAULT_QUEUE,
     ) -> LabLinNode:
-        """The master, started. `schedule` runs from now on, the first one where there are several by name.
+        """A new master, started. `schedule` runs from now on; of several schedules by name, the first one runs.
 
-        A schedule is a list of slots: LinSlot, an identifier (an unconditional frame with the usual delay), or
-        (identifier, seconds to the next slot). `responses` are the frames it publishes itself, their checksum
-        `enhanced` or classic. Of others' frames it takes those in `checksums` with that model alone (True: enhanced),
-        all others with either. A second master is refused unless it says that it is a `rival`.
-        `self_reception` returns its own responses to it. Spaces are in bits. Raises BadValue, BadTiming.
+        A schedule is a list of slots: a LinSlot, an identifier (an unconditional frame with the default delay), or
+        (identifier, seconds to the next slot). `responses` are the frames that the master publishes, with `enhanced`
+        or classic checksum. It accepts received frames with either checksum, except those in `checksums` (True: only
+        enhanced, False: only classic). A second master needs `rival=True`. With `self_reception` it also receives
+        its own responses. Spaces are in bits. Raises BadValue, BadTiming.
         """
         others = [node.name for node in self.nodes.values() if node.settings.master]
         if others and not rival:
@@ -131,15 +131,15 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
         start_up: float = 0.0,
         receive_queue: int = _DEFAULT_QUEUE,
     ) -> LabLinNode:
-        """A slave, started: it answers with its `responses` by identifier and hears everything.
+        """A new slave, started: it answers with its `responses` by identifier, and receives all frames.
 
-        `subscribes` gives lengths of frames whose absence is an error to it, as is another checksum than the slave's
-        usual one (`enhanced` or classic) or than `checksums` says of the frame (True: enhanced). `events` gives for
-        event-triggered identifiers which of its frames stands behind. `response_error` is (identifier, bit) of its
+        `subscribes` maps identifiers to the lengths of expected frames. A missing expected frame is an error, as is a
+        checksum other than the default (`enhanced` or classic) or the one in `checksums` (True: enhanced). `events`
+        maps event-triggered identifiers to the slave's frames. `response_error` is (identifier, bit) of its
         error bit. With `attributes` it answers node configuration and identification, see `configuration`.
-        `bit_rate` 0 finds the rate on the bus; a slave that `synchronises` follows the master within 14 %, by an
-        oscillator that is off by `oscillator_ppm`. `start_up` (seconds, 0 to 0.1) is how long it is deaf once
-        started or woken. Raises BadValue, BadTiming, BadFrame.
+        `bit_rate` 0 detects the rate on the bus; a slave that `synchronises` follows the master within 14 %, with an
+        oscillator that is off by `oscillator_ppm`. During `start_up` (seconds, 0 to 0.1) after start or wake-up, it
+        receives nothing. Raises BadValue, BadTiming, BadFrame.
         """
         given = {"responses": responses, "subscribes": subscribes, "events": events, "checksums": checksums}
         for what, mapping in given.items():
@@ -165,7 +165,7 @@ class LabLinBus(BenchBus[LabLinNode, LinFrame, LinBus]):
 
     @property
     def frames(self) -> int:
-        """Responses that went through."""
+        """Number of responses transmitted successfully."""
         return self.wire.wire.frames
 
     def remember(self, limit: int) -> None:
@@ -204,7 +204,7 @@ def _check_mapping(name: str, mapping: object) -> None:
 
 
 class RecentLinFrames(Recent[LinFrame], LinTap):
-    """Those of a LIN bus, with who answered."""
+    """The last frames of a LIN bus, with the nodes that answered."""
 
     def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
         self.keep(node.name, response.tail, at_ns)

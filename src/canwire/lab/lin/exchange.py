@@ -1,4 +1,4 @@
-"""A master's request through the transport layer, and what comes back."""
+"""A request of a master through the transport layer, and its answer."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LOOK_NS = 1_000_000
 
 
 def exchange(time: LabTime, line: LinLine, nad: int, payload: bytes, within: float) -> bytes:
-    """Send it, let time pass, and return what answers; raises NotReceived, and what keeps the line from sending."""
+    """Send, let time pass, and return the answer; raises NotReceived, and errors of the line."""
     answers: list[bytes | CanwireError] = []
     with time.touch():
         LinExchange(line, nad, payload, nanoseconds("within", within), answers.append).begin()

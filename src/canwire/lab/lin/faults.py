@@ -1,4 +1,4 @@
-"""What goes wrong on a bench's LIN bus: faults, plugs that can be pulled, a short."""
+"""The faults of a lab's LIN bus: disturbed bits, disconnected nodes, a short."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from canwire.lab.time import LabTime
 
 
 class LabLinFaults(LinFaults):
-    """bus/lin/faults.py, with nodes of the bench and with plugs that can be pulled.
+    """Faults of bus/lin/faults.py for nodes of the lab, and nodes that can be disconnected.
 
-    It looks like can/faults.py, whose wires short one way only, and whose nodes join anew.
+    Unlike in can/faults.py, a short has two levels, and a node that reconnects does not join again.
     """
 
     def __init__(self, time: LabTime, bus: LinBus) -> None:
@@ -25,12 +25,12 @@ class LabLinFaults(LinFaults):
         self._islands: Islands[LinLine, LinBus] = Islands(time.timeline, LinBus, plug_lin, unplug_lin)
 
     def disconnect(self, node: LinBenchNode[Any]) -> None:
-        """Pull the node's plug: it is alone on its own stub, at once, in the middle of a frame if need be."""
+        """Disconnect the node: it is alone on a separate stub immediately, even in the middle of a frame."""
         with self._time.touch():
             self._islands.pull(node.line, node.name)
 
     def reconnect(self, node: LinBenchNode[Any]) -> None:
-        """Put the plug back."""
+        """Connect the node again."""
         with self._time.touch():
             self._islands.put_back(node.line, self._go_home)
 
@@ -40,7 +40,7 @@ class LabLinFaults(LinFaults):
             super().short(to)
 
     def clear_short(self) -> None:
-        """Take the short away."""
+        """Remove the short."""
         with self._time.touch():
             super().clear_short()
 

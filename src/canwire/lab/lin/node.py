@@ -1,4 +1,4 @@
-"""A LIN node on the bench: a master that asks, or a slave that answers."""
+"""A LIN node of a lab: a master that sends headers, or a slave that answers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TRANSMIT_QUEUE = 16_384
 
 
 class LinBenchNode(BenchNode[LinFrame, BusT]):
-    """What LabLinNode does: one controller with one queue of what it hears."""
+    """The base class of LabLinNode: one controller with one receive queue."""
 
     def __init__(
         self,
@@ -55,9 +55,9 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
     # sending
 
     def send(self, frame: LinFrame) -> None:
-        """Queue a frame: a header with its data behind it, or alone. A master's; it goes when the bus is free.
+        """Masters only: queue a header with or without data; it is sent when the bus is free.
 
-        Raises WrongState for a slave, which only answers, QueueFull, Closed.
+        Raises WrongState for a slave, QueueFull, Closed.
         """
         self._check_open()
         instance("frame", frame, LinFrame)
@@ -66,15 +66,15 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         self._enqueue(frame)
 
     def ask(self, id: int, length: int = 0) -> None:
-        """Queue a header, for others to answer with `length` bytes (0: as many as come). Raises like `send`."""
+        """Queue a header, for an answer of `length` bytes (0: any number). Raises the errors of `send`."""
         self.send(LinFrame(id, header_only=True, length=length))
 
     def sleep(self) -> None:
-        """Queue the go-to-sleep command. Raises like `send`."""
+        """Queue the go-to-sleep command. Raises the errors of `send`."""
         self.send(go_to_sleep_frame())
 
     def wake(self) -> None:
-        """Wake the bus up; a slave repeats the pulse until a header comes. A master's waits for its turn."""
+        """Wake the bus up; a slave repeats the pulse until a header comes, a master queues it."""
         self._check_open()
         if self.settings.master:
             self._enqueue(None)
@@ -86,9 +86,9 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
     def respond(
         self, id: int, data: bytes | LinFrame, *, enhanced: bool | None = None, once: bool = False
     ) -> None:
-        """Answer this header with these data from now on, or once; effective for the next header.
+        """Answer this header with these data, from the next header on, or `once`.
 
-        The checksum is the node's usual one unless `enhanced`, or the frame given as data, says otherwise.
+        `enhanced`, or a frame given as data, sets the checksum; without them the node uses its default.
         Raises BadFrame.
         """
         self._check_open()
@@ -97,15 +97,15 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
             self.line.driver.respond(frame, once=once)
 
     def withdraw(self, id: int) -> None:
-        """Answer this header no more."""
+        """Do not answer this header from now on."""
         self._check_open()
         with self.time.touch():
             self.line.driver.withdraw(LinFrame(id).id)
 
     def subscribe(self, id: int, length: int, *, enhanced: bool | None = None) -> None:
-        """Expect a frame of this length (1..8) behind this header; its absence is an error from now on.
+        """Expect a frame of this length (1..8) after this header; a missing one is an error from now on.
 
-        So is another checksum than the node's usual one, or than `enhanced` says; diagnostic frames' is classic.
+        A wrong checksum is an error too: `enhanced` sets it (None: the node's default); diagnostic frames use classic.
         """
         self._check_open()
         header = LinFrame(id, header_only=True, length=length)
@@ -114,7 +114,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         self.expect_checksum(id, self._enhanced if enhanced is None else enhanced)
 
     def expect_checksum(self, id: int, enhanced: bool | None) -> None:
-        """Take this frame with the enhanced (True) or classic checksum alone; None: with either, as monitors do."""
+        """Accept this frame only with the enhanced (True) or classic (False) checksum; None: with either."""
         self._check_open()
         classic = id in (MASTER_REQUEST, SLAVE_RESPONSE)
         with self.time.touch():
@@ -122,15 +122,15 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
 
     @property
     def pending(self) -> int:
-        """Frames that wait for the bus, the one on it included."""
+        """Number of frames that wait for the bus, including the one on the bus."""
         return len(self._queue) + self.line.busy
 
     # receiving
 
     def expect(self, id: int, *, within: float, data: bytes | None = None) -> LinFrame:
-        """Let at most `within` seconds pass until this frame arrives, dropping others.
+        """Let at most `within` seconds pass until this frame arrives, discarding others.
 
-        Raises NotReceived, saying what came instead.
+        Raises NotReceived with the frames that arrived instead.
         """
 
         def wanted(frame: LinFrame) -> bool:
@@ -139,9 +139,9 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         return self._expect(wanted, f"{id:#04x}", within)
 
     def events(self, *kinds: LinEventKind) -> list[LinEvent]:
-        """What else happened to this node since the last call (errors, sleep, wake-up); all, or these kinds.
+        """Events of this node since the last call (errors, sleep, wake-up): all, or those of these kinds.
 
-        The first call starts the recording, so call it once before what you want to see.
+        The first call starts the recording, so call `events` once before the part of interest.
         """
         if self._events is None:
             self._events = _opened(self.line, LinMonitorMode(_EVENT_QUEUE, frames=False), self.time)
@@ -152,9 +152,9 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         return found
 
     def on_events(self, callback: Callable[[], None] | None) -> None:
-        """Call back, within the bus's run, when the empty queue of events gets one, once `events` has been called.
+        """Call `callback`, while the bus runs, when the empty queue of events gets one; None removes it.
 
-        None ends it.
+        Effective once `events` has been called.
         """
         if self._events is not None:
             self._events.ring.listener = callback
@@ -163,17 +163,17 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
 
     @property
     def configuration(self) -> LinSlaveConfiguration | None:
-        """A slave's NAD and the identifiers of its frames, where it was given `attributes`."""
+        """The NAD of a slave and the identifiers of its frames; None without `attributes`."""
         return None if self._configured is None else self._configured.configuration
 
     def configure(self, attributes: LinNodeAttributes) -> None:
-        """Answer node configuration and the transport layer from now on; `LabLinBus.slave` does it."""
+        """Answer node configuration and the transport layer from now on; called by `LabLinBus.slave`."""
         instance("attributes", attributes, LinNodeAttributes)
         with self.time.touch():
             self._configured = ConfiguredSlave(self.line, attributes)
 
     def power_up(self) -> None:
-        """As after power was away: a configured slave has the NAD and identifiers that were saved last."""
+        """Restart as after a power failure: a configured slave returns to the NAD and identifiers saved last."""
         self._check_open()
         if self._configured is not None:
             with self.time.touch():
@@ -191,31 +191,31 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
 
     @property
     def bit_rate(self) -> int:
-        """In bit/s; 0 while a slave looks for it."""
+        """In bit/s; 0 while a slave detects it."""
         return self.counters.bit_rate
 
     @property
     def response_error(self) -> bool:
-        """An error was seen in a response that this node sent or subscribes to, and was not reported yet."""
+        """True if a response that this node sent or subscribes to had an error that was not reported yet."""
         return self.counters.response_error
 
     @property
     def accepted(self) -> int:
-        """Frames heard: those read, those that wait, and those lost."""
+        """Number of frames received: frames read, waiting and lost."""
         return self._monitor.accepted
 
     @property
     def lost(self) -> int:
-        """Frames that found the receive queue full."""
+        """Number of frames lost because the receive queue was full."""
         return self._monitor.lost
 
     def stop(self) -> None:
-        """Leave the bus at once; a schedule stops, and what is queued is given up."""
+        """Leave the bus immediately; a schedule stops, and queued frames are discarded."""
         with self.time.touch():
             self._leave()
 
     def start(self) -> None:
-        """Take part again, awake."""
+        """Join the bus again, awake."""
         self._check_open()
         with self.time.touch():
             self.line.start()
@@ -227,7 +227,7 @@ class LinBenchNode(BenchNode[LinFrame, BusT]):
         response_error: tuple[int, int] | None,
         checksums: Mapping[int, bool],
     ) -> None:
-        """What `LabLinBus.slave` says of these; raises BadFrame for identifiers and lengths that cannot be."""
+        """See `LabLinBus.slave`; raises BadFrame for impossible identifiers and lengths."""
         instance("checksums", checksums, Mapping)
         instance("subscribes", subscribes, Mapping)
         instance("events", events, Mapping)

@@ -1,4 +1,4 @@
-"""A master's schedules: as callers write them, and run on a timeline that may be paced."""
+"""The schedules of a master: their forms in calls, and their run in the time of a lab."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Table = LinSchedule | Iterable[Slot]
 
 
 class LabSchedule(LinScheduler):
-    """boards/lin/schedule.py, holding time still while it is changed."""
+    """The LinScheduler of boards/lin/schedule.py; it stops the timeline while a schedule is changed."""
 
     def __init__(self, time: LabTime, line: LinLine) -> None:
         super().__init__(line, {})

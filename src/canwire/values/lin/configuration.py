@@ -1,7 +1,7 @@
-"""Node configuration and identification as a slave answers it. No I/O; times are handed in.
+"""Node configuration and identification in a slave. No I/O; callers pass the times.
 
-`LinSlaveConfiguration` hears master requests (0x3C) and says what answers the header of slave responses (0x3D).
-Which identifier each of its configurable frames has is in `identifiers`; whoever runs the slave moves its frames.
+`LinSlaveConfiguration` receives master requests (0x3C) and returns the answers to the header of slave responses
+(0x3D). `identifiers` maps its configurable frames to identifiers; the caller applies them to the frames.
 
 Source: LIN 2.2A 4.2 (node configuration and identification); reference/lin-protocol.md section 10.
 """
@@ -35,7 +35,7 @@ Service = Callable[[bytes], bytes | None]
 
 @dataclass(frozen=True, slots=True)
 class LinProduct:
-    """Who made the node: supplier (15 bits) and function (16 bits) identify it, `variant` tells versions apart."""
+    """The product identification: supplier (15 bits), function (16 bits), and `variant` for the version."""
 
     supplier: int
     function: int
@@ -53,14 +53,14 @@ class LinProduct:
         return parts + bytes([self.variant])
 
     def matches(self, octets: bytes) -> bool:
-        """Supplier and function, four bytes of a request; wildcards match everybody."""
+        """Supplier and function, four bytes of a request; wildcards match all nodes."""
         supplier, function = (int.from_bytes(octets[at : at + 2], "little") for at in (0, 2))
         return supplier in (self.supplier, _ANY_SUPPLIER) and function in (self.function, _ANY_FUNCTION)
 
 
 @dataclass(frozen=True, slots=True)
 class LinNodeAttributes:
-    """What a slave has of its own, as an LDF's Node_attributes say it.
+    """The attributes of a slave, as in the Node_attributes of an LDF.
 
     `frames` are its configurable frames: identifiers by index, or by message identifier where `message_ids` (LIN 2.0).
     `serial` answers identifier 1, `identifiers` those from 32 to 63 (up to 5 bytes each). `data_dump` answers that
@@ -115,7 +115,7 @@ class LinSlaveConfiguration:
         self.power_up()
 
     def power_up(self) -> None:
-        """Begin anew with what was saved last, or with the attributes where nothing was."""
+        """Restart with the values saved last, or with the attributes if none were saved."""
         self.nad, identifiers = self._saved
         self.identifiers = dict(identifiers)
         self._requests.drop()
@@ -129,7 +129,7 @@ class LinSlaveConfiguration:
 
     @property
     def dropped(self) -> int:
-        """Requests that broke off: a frame was missing, or came too late."""
+        """Number of incomplete requests: a frame was missing or late."""
         return self._requests.dropped
 
     @property
@@ -139,7 +139,7 @@ class LinSlaveConfiguration:
 
     @property
     def ready_ns(self) -> int | None:
-        """From when on the answer may be fetched."""
+        """The time from which the answer may be fetched."""
         return None if self._answer is None else self._answer.ready_ns
 
     def request(self, data: bytes, at_ns: int) -> None:
@@ -159,7 +159,7 @@ class LinSlaveConfiguration:
             self._serve(message, at_ns)
 
     def response(self, at_ns: int) -> bytes | None:
-        """What answers the header of a slave response at this time; None: nothing does."""
+        """The answer to the header of a slave response at this time; None: no answer."""
         return None if self._answer is None else self._answer.waiting(at_ns)
 
     def fetched(self, at_ns: int) -> None:

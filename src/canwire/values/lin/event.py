@@ -28,9 +28,9 @@ class LinErrorKind(NamedInt):
     """What went wrong: VCI's LIN_ERROR_ values.
 
     BIT: the bus had another level than was sent. CHKSUM: neither checksum fits the data. PARITY: of the
-    identifier. SLNORE: nobody answered a header. SYNC: no sync field that could be followed. NOBUS: the bus
-    stayed without an edge for seconds, or does not take the level that is put on it. OTHER: a stop bit was
-    dominant, or a response broke off. WAKEUP: three wake-up pulses brought no header.
+    identifier. SLNORE: no node answered a header. SYNC: no valid sync field. NOBUS: the bus
+    had no edge for seconds, or does not follow the level of the controller. OTHER: a stop bit was
+    dominant, or a response was incomplete. WAKEUP: three wake-up pulses brought no header.
     """
 
     NONE = 0
@@ -45,7 +45,7 @@ class LinErrorKind(NamedInt):
 
 
 class LinState(NamedInt):
-    """What a LIN controller is up to."""
+    """The state of a LIN controller."""
 
     OPERATIONAL = 0
     INITIALISING = 1
@@ -54,7 +54,7 @@ class LinState(NamedInt):
 
 
 class LinOutcome(NamedInt):
-    """What became of a header or a wake-up pulse that a controller put on the bus."""
+    """The outcome of a header or a wake-up pulse that a controller sent."""
 
     ANSWERED = 0
     SILENT = 1

@@ -1,4 +1,4 @@
-"""A LIN frame that exists is legal; with it the protected identifier and the two checksums.
+"""LIN frames, which are always valid, the protected identifier and the two checksums.
 
 Source: LIN 2.2A 2.3 (frame structure); reference/lin-protocol.md sections 2 to 4.
 """
@@ -33,7 +33,7 @@ def protected_id(id: int) -> int:
 
 
 def parity_holds(pid: int) -> bool:
-    """Both parity bits of a protected identifier (0..255) are right."""
+    """Whether both parity bits of a protected identifier (0..255) are right."""
     return _PIDS[pid & LARGEST_ID] == pid
 
 
@@ -102,7 +102,7 @@ class LinFrame:
 
     @property
     def length(self) -> int:
-        """Bytes of data; in a header alone how many it asks for, 0 for as many as come."""
+        """Number of data bytes; of a header alone, the requested number, 0 for any."""
         return self._length
 
     @property
@@ -117,7 +117,7 @@ class LinFrame:
 
     @property
     def header_only(self) -> bool:
-        """True for a header whose response is somebody else's (VCI: id only)."""
+        """True for a header without its response (VCI: id only)."""
         return self._header_only
 
     @property
@@ -168,7 +168,7 @@ def go_to_sleep_frame() -> LinFrame:
 
 
 def is_go_to_sleep(id: int, data: bytes) -> bool:
-    """A master request whose first byte is 0; slaves do not look at the others."""
+    """A master request whose first byte is 0; slaves ignore the others."""
     return id == MASTER_REQUEST and data[:1] == b"\x00"
 
 

@@ -47,7 +47,7 @@ def record_of_lin_frame(frame: LinFrame) -> bytes:
 
 
 def record_tail(info: int, data: bytes, checksum: int) -> bytes:
-    """The 72 bytes of a frame's record behind its time."""
+    """The 72 bytes of a frame's record after its time."""
     return _TAIL.pack(info & 0xFF, info, data, checksum)
 
 
@@ -79,7 +79,7 @@ def record_of_linmsg(message: bytes | bytearray | memoryview) -> bytes:
 
 
 def message_type(record: bytes | bytearray | memoryview) -> int:
-    """0 for a frame, else the LinEventKind, as far as the record says something known."""
+    """0 for a frame, else the number of a LinEventKind; it may be unknown."""
     return record[13]
 
 

@@ -1,4 +1,4 @@
-"""Requests of node configuration and identification as a master writes them, and what answers say in words.
+"""Requests of a master for node configuration and identification, and the text of negative answers.
 
 Source: LIN 2.2A 4.2; reference/lin-protocol.md section 10.
 """
@@ -28,12 +28,12 @@ _REASONS = {0x12: "it does not have that", 0x11: "it does not know this service"
 def read_by_identifier_request(
     id: int = 0, supplier: int = _ANY_SUPPLIER, function: int = _ANY_FUNCTION
 ) -> bytes:
-    """Who are you (`id` 0), your serial number (1), or what the supplier has defined (32 to 63). Raises BadValue."""
+    """Read the product (`id` 0), the serial number (1), or values of the supplier (32 to 63). Raises BadValue."""
     return bytes([READ_BY_IDENTIFIER, whole("id", id, 0, 63), *_product(supplier, function)])
 
 
 def assign_nad_request(nad: int, supplier: int = _ANY_SUPPLIER, function: int = _ANY_FUNCTION) -> bytes:
-    """Take this NAD, sent to the initial one of the node of that supplier and function. Raises BadValue."""
+    """Assign this NAD; sent to the initial NAD of the node of that supplier and function. Raises BadValue."""
     return bytes([ASSIGN_NAD, *_product(supplier, function), whole("nad", nad, 0x01, 0xFF)])
 
 
@@ -47,12 +47,12 @@ def assign_frame_ids_request(first: int, ids: Sequence[int | None]) -> bytes:
 
 
 def save_configuration_request() -> bytes:
-    """Keep NAD and identifiers when power goes away."""
+    """Save NAD and identifiers for the next power-up."""
     return bytes([SAVE_CONFIGURATION])
 
 
 def lin_refusal(answer: bytes) -> str:
-    """Why a node says no, in words; "" for a positive response."""
+    """The reason in a negative response as text; "" for a positive response."""
     if answer[:1] != bytes([_NEGATIVE]):
         return ""
     code = answer[2] if len(answer) > 2 else 0

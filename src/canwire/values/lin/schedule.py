@@ -1,4 +1,4 @@
-"""Schedule tables: what a master puts on the bus, slot after slot.
+"""Schedule tables: the slots that a master sends in order.
 
 Source: LIN 2.2A 2.3.3 (frame types) and 2.4 (schedules); reference/lin-protocol.md section 6.
 """
@@ -18,9 +18,9 @@ LONGEST_SLOT_NS = 1 << 40
 class SlotKind(Enum):
     """What happens in a slot.
 
-    FRAME: its header is sent, whoever publishes it answers. EVENT: one header for several slaves' frames, only
-    those answer whose data changed; a collision is followed by its resolving slots. SPORADIC: the first of
-    several of the master's own frames that was updated, or nothing. REQUEST and RESPONSE: diagnostic frames
+    FRAME: the master sends its header, and the publisher answers. EVENT: one header for frames of several slaves;
+    only slaves with changed data answer, and resolving slots follow a collision. SPORADIC: the first updated
+    frame of several frames of the master, or nothing. REQUEST and RESPONSE: diagnostic frames
     0x3C and 0x3D, if there is something to send or to fetch.
     """
 
@@ -33,7 +33,7 @@ class SlotKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LinSlot:
-    """One slot of a table; the class methods make each kind. Raises BadValue for what no slot can be.
+    """One slot of a table; the class methods make each kind. Raises BadValue for an impossible slot.
 
     `delay_ns` is the time to the next slot, 0 for the shortest multiple of 5 ms that holds any frame. `ids` are
     the frames it may send, for SPORADIC in order of priority. `length` is how many bytes the response has,
@@ -61,7 +61,7 @@ class LinSlot:
         if self.data is not None and (self.kind is not SlotKind.REQUEST or len(self.data) != LARGEST_LENGTH):
             raise BadValue(f"data {self.data.hex(' ')}: only a master request has it, and 8 bytes of it")
         if self.kind is SlotKind.EVENT and not self.members:
-            raise BadValue(f"event slot {self.ids[0]:#x}: name the frames that it stands for")
+            raise BadValue(f"event slot {self.ids[0]:#x}: name the frames that answer it")
 
     @classmethod
     def frame(cls, id: int, *, delay_ns: int = 0, length: int = 0) -> LinSlot:
@@ -78,14 +78,14 @@ class LinSlot:
         length: int = 0,
         resolving: Sequence[LinSlot] = (),
     ) -> LinSlot:
-        """An event-triggered frame that stands for these frames of different slaves."""
+        """An event-triggered frame for these frames of different slaves."""
         members = tuple(frames)
         slots = tuple(resolving) or tuple(cls.frame(member, delay_ns=delay_ns) for member in members)
         return cls(SlotKind.EVENT, (id,), delay_ns, length, members, slots)
 
     @classmethod
     def sporadic(cls, ids: Iterable[int], *, delay_ns: int = 0) -> LinSlot:
-        """Frames of the master's own, the most urgent first."""
+        """Frames of the master, the most urgent first."""
         return cls(SlotKind.SPORADIC, tuple(ids), delay_ns)
 
     @classmethod
@@ -112,7 +112,7 @@ class LinSchedule:
 
     @classmethod
     def of(cls, slots: Iterable[int | LinSlot], name: str = "") -> LinSchedule:
-        """A table of slots; an identifier alone stands for an unconditional frame with the usual delay."""
+        """A table of slots; an identifier alone is an unconditional frame with the default delay."""
         made = tuple(slot if isinstance(slot, LinSlot) else LinSlot.frame(slot) for slot in slots)
         return cls(name, made)
 

@@ -58,7 +58,7 @@ class LinLogLine(NamedTuple):
 
 
 def parse_lin_frame(text: str) -> LinFrame:
-    """The frame that a text like `10#01.02` stands for; raises BadText."""
+    """The frame that a text like `10#01.02` describes; raises BadText."""
     content = parse_lin_content(text)
     if isinstance(content, LinFrame):
         return content
@@ -66,7 +66,7 @@ def parse_lin_frame(text: str) -> LinFrame:
 
 
 def parse_lin_content(text: str, timestamp_ns: int = 0, *, sent: bool = False) -> LinFrame | LinEvent:
-    """The frame or the event that a text stands for; raises BadText."""
+    """The frame or the event that a text describes; raises BadText."""
     match = _FRAME.fullmatch(text)
     try:
         if match is not None:

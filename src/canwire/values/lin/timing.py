@@ -1,4 +1,4 @@
-"""How long LIN's parts last, by the specification's formulas, and which bit rate a sync field tells.
+"""The durations of parts of LIN frames by the formulas of the specification, and the bit rate of a sync field.
 
 Source: LIN 2.2A 2.3.2; reference/lin-protocol.md sections 1, 5 and 9.
 """
@@ -18,7 +18,7 @@ BREAK_BITS = 13
 DELIMITER_BITS = 1
 FIELD_BITS = 10  # start bit, eight data bits, stop bit
 HEADER_BITS = BREAK_BITS + DELIMITER_BITS + 2 * FIELD_BITS
-BREAK_THRESHOLD_BITS = 11  # a slave takes so many of its own dominant bits for a break
+BREAK_THRESHOLD_BITS = 11  # a slave detects a break after this many dominant bits of its bit time
 SYNC_BYTE = 0x55
 WAKE_BYTE = 0xF0  # five dominant bits, 250 us to 5 ms at every bit rate
 WAKE_THRESHOLD_PS = 150_000_000  # a longer dominant pulse wakes a sleeping node up
@@ -30,7 +30,7 @@ IDLE_NS = 4_000_000_000  # without an edge for so long a node goes to sleep by i
 
 
 def checked_rate(bit_rate: int, *, auto: bool = False) -> int:
-    """The bit rate in bit/s, from 1,000 to 20,000, with `auto` also 0 (to be found out); raises BadValue."""
+    """The bit rate in bit/s, from 1,000 to 20,000, with `auto` also 0 (detected); raises BadValue."""
     known = isinstance(bit_rate, int) and LOWEST_RATE <= bit_rate <= HIGHEST_RATE
     if not known and not (auto and bit_rate == AUTO_RATE and isinstance(bit_rate, int)):
         instead = ", or 0 to find it out" if auto else ""
@@ -54,12 +54,12 @@ def nominal_frame_ns(bit_rate: int, length: int) -> int:
 
 
 def longest_frame_ns(bit_rate: int, length: int) -> int:
-    """What a frame may take: 1.4 times its nominal time."""
+    """The longest time of a frame: 1.4 times its nominal time."""
     return _nanoseconds(_LONGEST_PERCENT * (HEADER_BITS + response_bits(length)), bit_rate)
 
 
 def longest_header_ns(bit_rate: int) -> int:
-    """What a header may take: 1.4 times its nominal 34 bits."""
+    """The longest time of a header: 1.4 times its nominal 34 bits."""
     return _nanoseconds(_LONGEST_PERCENT * HEADER_BITS, bit_rate)
 
 
@@ -79,7 +79,7 @@ def usual_slot_ns(bit_rate: int, length: int = _LARGEST_LENGTH, *, base_ns: int 
 
 
 def bit_time_of_sync(falls_ps: Sequence[int]) -> int | None:
-    """The bit time in ps that the five falling edges of a sync field tell; None if they are no sync field.
+    """The bit time in ps from the five falling edges of a sync field; None if they are no sync field.
 
     The edges lie 0, 2, 4, 6 and 8 bits after the first; each distance may be off by a quarter of a bit.
     """
@@ -97,7 +97,7 @@ def bit_rate_of(bit_ps: int) -> int:
 
 
 def follows(own_ps: int, heard_ps: int) -> bool:
-    """A slave whose own bit lasts `own_ps` accepts a sync field with bits of `heard_ps`."""
+    """Whether a slave with bits of `own_ps` accepts a sync field with bits of `heard_ps`."""
     return 1000 * abs(heard_ps - own_ps) <= SYNC_TOLERANCE_PER_MILLE * own_ps
 
 

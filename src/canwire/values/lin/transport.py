@@ -1,7 +1,7 @@
-"""LIN's transport layer: messages of up to 4095 bytes in diagnostic frames of eight. No I/O; times are handed in.
+"""LIN's transport layer: messages of up to 4095 bytes in diagnostic frames of eight. No I/O; callers pass the times.
 
 A frame is NAD, PCI and six bytes: a single frame (up to 6 bytes), or a first frame (5 bytes) and consecutive ones
-(6 bytes each, numbered 1 to 15, 0, 1 ...). There is no flow control; who waits too long gives up.
+(6 bytes each, numbered 1 to 15, 0, 1 ...). It has no flow control; a wait that is too long ends the message.
 
 Source: LIN 2.2A 3 (transport layer); reference/lin-protocol.md section 10.
 """
@@ -23,7 +23,7 @@ _FILL = b"\xff"
 
 
 class LinMessage(NamedTuple):
-    """What the frames carry: `payload` is the service identifier (SID) and its data."""
+    """The content of the frames: `payload` is the service identifier (SID) and its data."""
 
     nad: int
     payload: bytes
@@ -53,7 +53,7 @@ def _frame(nad: int, pci: int, data: bytes) -> bytes:
 
 
 class LinReassembly:
-    """Puts messages together that come frame by frame; `dropped` counts those that broke off.
+    """Assembles messages from frames; `dropped` counts incomplete messages.
 
     `timeout_ns` is N_Cr. A frame of a message that is wrong (sequence, length, too late) ends it without a message.
     """
@@ -69,17 +69,17 @@ class LinReassembly:
 
     @property
     def receiving(self) -> bool:
-        """A message has begun and is not complete."""
+        """True while a message has begun and is not complete."""
         return self._length > 0
 
     def drop(self) -> None:
-        """Forget the message that has begun."""
+        """Discard the message that has begun."""
         if self._length:
             self.dropped += 1
             self._length = 0
 
     def frame(self, data: bytes, at_ns: int) -> LinMessage | None:
-        """One frame (8 bytes), heard at this time; the message that it completes."""
+        """Process one frame (8 bytes) received at this time; returns the message that it completes."""
         nad, pci = data[0], data[1]
         kind = pci & 0xF0
         if kind == _CONSECUTIVE:
@@ -119,7 +119,7 @@ def _single(nad: int, pci: int, data: bytes) -> LinMessage | None:
 
 
 class LinTransmission:
-    """A message whose frames wait to be fetched one after the other; given up where that takes longer than N_As."""
+    """A message whose frames are fetched in order; discarded if a frame waits longer than N_As."""
 
     def __init__(self, message: LinMessage, ready_ns: int, timeout_ns: int = TIMEOUT_NS) -> None:
         self.timeout_ns = timeout_ns
@@ -130,16 +130,16 @@ class LinTransmission:
 
     @property
     def expires_ns(self) -> int:
-        """When it will be given up if nobody fetches the frame that waits."""
+        """The time at which it is discarded if the waiting frame is not fetched."""
         return self._since_ns + self.timeout_ns
 
     def waiting(self, at_ns: int) -> bytes | None:
-        """The frame to answer with; None before it is ready, behind the last one, and once it was given up."""
+        """The frame to answer with; None before it is ready, after the last one, and once it was discarded."""
         if self._next == len(self._frames) or not self.ready_ns <= at_ns <= self.expires_ns:
             return None
         return self._frames[self._next]
 
     def fetched(self, at_ns: int) -> None:
-        """The frame that waited has gone out."""
+        """Called when the waiting frame was sent."""
         self._next += 1
         self._since_ns = at_ns

@@ -1,6 +1,6 @@
-"""Whether the nodes of a CAN bus, as they are set up, could understand each other on copper.
+"""Whether the nodes of a CAN bus, with their present settings, could communicate on a real bus.
 
-Each rule gives a TimingCheck: a figure, the limit that it may not exceed, and what to do where it does.
+Each rule gives a TimingCheck: a figure, its upper limit, and a remedy if it exceeds the limit.
 
 - Rates and oscillators: two nodes drift apart by no more than conditions I to V let a receiver follow (tolerance.py).
 - Sample points: the rate of a CAN FD frame switches at the sample point of BRS. Nodes that sample it at different times
@@ -43,12 +43,12 @@ def timing_checks(nodes: Iterable[NodeTiming], delay_ps: int = 0) -> list[Timing
 
 
 def timing_findings(nodes: Iterable[NodeTiming], delay_ps: int = 0) -> list[TimingCheck]:
-    """The rules that are broken: what could not work on copper."""
+    """The rules that are broken: settings that could not work on a real bus."""
     return [check for check in timing_checks(nodes, delay_ps) if check.exceeded]
 
 
 class _Group:
-    """Nodes that are set up alike; `one` stands for them."""
+    """Nodes with the same settings; `one` represents them."""
 
     def __init__(self, one: NodeTiming) -> None:
         self.one = one
@@ -81,7 +81,7 @@ def _every_check(groups: list[_Group], delay_ps: int) -> Iterator[TimingCheck]:
 
 
 def _pair_checks(sender: _Group, receiver: _Group) -> Iterator[TimingCheck]:
-    """What `receiver` bears of `sender`; different rates alone are told where there are any."""
+    """The rules for `receiver` and `sender`; a broken rule on rates is the last one."""
     nominal = sender.one.nominal, receiver.one.nominal
     bound = min((condition_1(nominal[1]), "I"), (condition_2(nominal[1]), "II"))
     rates = _drift_check(sender, receiver, nominal, bound, "bit rate")

@@ -108,7 +108,7 @@ class BitTiming:
 
     @property
     def sample_point(self) -> float:
-        """Where in the bit it is sampled, 0..1."""
+        """The sample point as a part of the bit, 0..1."""
         return (1 + self.tseg1) / self.quanta
 
     @property
@@ -123,7 +123,7 @@ class BitTiming:
 
     @property
     def tolerance(self) -> float:
-        """Largest oscillator error this timing bears, both conditions met: 0.00625 is 0.625 %."""
+        """Largest oscillator error of this timing that meets both conditions: 0.00625 is 0.625 %."""
         return min(self.condition_1, self.condition_2)
 
     def fd_tolerance(self, data: BitTiming) -> dict[str, float]:
@@ -231,7 +231,7 @@ class BitTiming:
         sjw: int | None = None,
         limits: TimingLimits | None = None,
     ) -> BitTiming:
-        """A sensible timing: the sample point hit best, then the finest quantum, then the widest jump.
+        """The best timing: first by sample point, then by the finest quantum, then by the widest jump.
 
         bit_rate in bit/s; sample_point 0..1, by default CiA's (`usual_sample_point`). limits default
         to the CAN FD controller's nominal phase, above 1 Mbit/s to its data phase.

@@ -1,4 +1,4 @@
-"""One node's bit timing, and one rule that the timings of a bus's nodes keep or break."""
+"""The bit timing of one node, and one rule for the timings of the nodes of a bus."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.values.timing.bit_timing import BitTiming
 
 @dataclass(frozen=True, slots=True)
 class NodeTiming:
-    """How one node takes part in a bus; `data` is None where it has no data phase.
+    """The timing of one node on a bus; `data` is None without a data phase.
 
     Its oscillator is off by `ppm` (positive: fast), and by up to `within_ppm` more either way.
     """
@@ -30,7 +30,7 @@ class NodeTiming:
 
 @dataclass(frozen=True, slots=True)
 class TimingCheck:
-    """One rule for these nodes: `figure` may be `limit` at the most, both in `unit`. str() is a sentence."""
+    """One rule for these nodes: `figure` must not exceed `limit`, both in `unit`. str() is a sentence."""
 
     what: str
     nodes: tuple[str, ...]
@@ -47,12 +47,12 @@ class TimingCheck:
 
     @property
     def margin(self) -> float:
-        """What is left up to the limit, in `unit`; negative where it is exceeded."""
+        """The distance to the limit, in `unit`; negative if it is exceeded."""
         return self.limit - self.figure
 
     @property
     def used(self) -> float:
-        """The part of the limit that is used up; 1.0 is all of it."""
+        """The used part of the limit; 1.0 is all of it."""
         if self.limit > 0:
             return self.figure / self.limit
         return float("inf") if self.exceeded else 0.0

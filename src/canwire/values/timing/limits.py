@@ -1,4 +1,4 @@
-"""What controllers can be set to, and which bit rates that makes from a clock.
+"""The ranges of the timing registers of controllers, and the bit rates that they produce from a clock.
 
 A bit is SYNC (1 quantum), then tseg1 = PROP + PHASE1, the sample point, then tseg2 = PHASE2.
 One quantum lasts prescaler / clock_hz seconds.
@@ -100,7 +100,7 @@ def checked_rate(name: str, hertz: int) -> int:
 def prescaler_for(bit_rate: int, clock_hz: int, quanta: int, limits: TimingLimits) -> int:
     """The prescaler that makes bit_rate with so many quanta per bit, or 0.
 
-    A rate given in whole bit/s stands for the exact one that rounds or cuts to it: 33333 for
+    A rate given in whole bit/s means the exact one that rounds or cuts to it: 33333 for
     33333 1/3. Beyond that it must be exact.
     """
     prescaler = _rounded(clock_hz, bit_rate * quanta)
@@ -139,7 +139,7 @@ def choose(
     return _chosen(bit_rate, sample_point, clock_hz, limits, quanta_wanted)
 
 
-@lru_cache(maxsize=1024)  # each line of a board asks anew, and the search takes a millisecond
+@lru_cache(maxsize=1024)  # each line of a board calls this, and the search takes a millisecond
 def _chosen(
     bit_rate: int, sample_point: Fraction, clock_hz: int, limits: TimingLimits, quanta_wanted: int
 ) -> tuple[int, int, int]:
