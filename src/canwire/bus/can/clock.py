@@ -66,7 +66,7 @@ class Clock:
             self.echo.drive(1, at_ps)
 
     def count_from(self, at_ps: int) -> None:
-        """It begins to count recessive bits now, with a bit of its own."""
+        """Begin to count recessive bits now, with a new bit."""
         self.station.run = 0
         self.due_ps, self.sampling = at_ps, False
 
@@ -204,7 +204,7 @@ class Clock:
         """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
         station = self.station
         state = station.state
-        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
+        if state == _WAITING:  # a node that waits for the bus follows every edge, and starts its count again
             if self.node.edge_filter and not station.rejoined:
                 self.check_ps = at_ps + 2 * self.node.quantum_ps
                 return
@@ -243,7 +243,7 @@ class Clock:
             late = (at_ps - self.start_ps) // quantum * quantum
             if late > 0:
                 if self.station.out == 0:
-                    return  # whoever drives dominant takes no notice of an edge that is late
+                    return  # a node that drives dominant ignores a late edge
                 self.due_ps += late if late < jump else jump
         else:
             early = self.due_ps - at_ps

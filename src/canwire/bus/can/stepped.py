@@ -1,6 +1,6 @@
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
-bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
+bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and gets a call,
 one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone
 the same is found out here as station.py does bit by bit.
 
@@ -96,7 +96,7 @@ class SteppedFrame:
         return soonest
 
     def catch_up(self, node: Node, now_ns: int) -> None:
-        """Count a loss of arbitration up to now that nobody had to be told of."""
+        """Count a loss of arbitration up to now that needs no call."""
         box = node.contending
         if box is None or node is self.sender or node.attentive or box.single_shot:
             return

@@ -129,7 +129,7 @@ def _delimiter(overload: bool) -> str:
 
 
 def _full(state: int) -> int:
-    """What `left` is in the first bit of an active flag: one may follow another at once."""
+    """What `left` is in the first bit of an active flag: one may follow another directly."""
     return 6 if state in (station.ACTIVE_FLAG, station.OVERLOAD_FLAG) else -1
 
 
