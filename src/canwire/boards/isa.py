@@ -47,7 +47,7 @@ def irq_conflict(one: IsaPlace, other: IsaPlace) -> bool:
 
 
 class IsaCard(Protocol):
-    """What an ISA bus asks of a board. It calls `on_irq`, where set, each time it requests an interrupt."""
+    """The interface of a board on an ISA bus. It calls `on_irq`, where set, each time it requests an interrupt."""
 
     on_irq: Callable[[], None] | None
 

@@ -194,7 +194,7 @@ class LinLine(LinHost):
         self._splitter.dismiss(monitor)
 
     def activate(self, monitor: LinMonitor, active: bool = True) -> None:
-        """Let messages into a monitor, or no more of them."""
+        """Start or stop the delivery of messages to a monitor."""
         monitor.active = active
         self._splitter.sort()
 
