@@ -70,7 +70,7 @@ class Station:
         self.begin()
 
     def begin(self) -> None:
-        """The node comes to the bus, or the bus comes back from whole frames."""
+        """Begin when the node joins the bus, or when the bus returns from whole frames."""
         node = self.node
         self.now_ns = self.sof_ns = 0
         self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
@@ -155,7 +155,7 @@ class Station:
         return _QUIET
 
     def resting(self) -> bool:
-        """Nothing of a frame or an error is under way here."""
+        """True if no frame or error is in progress at this node."""
         if self.finished or self.rejoined or self.sof_seen:
             return False
         return (
