@@ -28,7 +28,7 @@ _BUS_NAME = re.compile(r"[^\s():]{1,64}")
 class Connector(NamedTuple):
     """One connector of a kind: the type of its bus, what it can do, its default bus.
 
-    `controller` is a CAN line's: IDEAL, SJA1000 or MCP2515. Channels are the most that can be open, 0: any number.
+    `controller` is that of a CAN line: IDEAL, SJA1000 or MCP2515. The numbers of channels are limits, 0: no limit.
     """
 
     bus_type: str
