@@ -12,20 +12,20 @@ from canwire.drivers.slcan_dongle.ports import described_ports
 from canwire.errors import CanwireError, ExtraMissing
 from canwire.values.frozen import dataclass
 
-# gs_usb is looked for by our own driver, serial ports by pyserial; the others are no adapters, or are found by anybody
+# gs_usb is looked for by our own driver, serial ports by pyserial; the others are no adapters, or need no search
 _LEFT_OUT = {"virtual", "udp_multicast", "canwire", "gs_usb", "serial", "slcan", "seeedstudio", "robotell"}
 
 
 @dataclass(frozen=True, slots=True)
 class FoundAdapter:
-    """One: `spec` is what `canwire share` and `Hub.plug` take, `description` says what it is."""
+    """One adapter: `canwire share` and `Hub.plug` accept `spec`; `description` names the adapter."""
 
     spec: str
     description: str
 
 
 def find_adapters() -> list[FoundAdapter]:
-    """All that are found, with serial ports; looking may take seconds.
+    """All adapters that are found, serial ports included; the search may take seconds.
 
     Raises ExtraMissing without both libraries, CanwireError where the system cannot list its serial ports.
     """

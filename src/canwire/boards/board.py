@@ -1,4 +1,4 @@
-"""A board that is plugged in, and the kind it was made after."""
+"""A board that is plugged in, and the board kind from which it was made."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _BUS_NAME = re.compile(r"[^\s():]{1,64}")
 
 
 class Connector(NamedTuple):
-    """One connector of a kind: the type of its bus, what it can do, where it goes unless told otherwise.
+    """One connector of a kind: the type of its bus, what it can do, its default bus.
 
-    `controller` is what a CAN line has (IDEAL, SJA1000, MCP2515); it has so many channels, 0: any number.
+    `controller` is that of a CAN line: IDEAL, SJA1000 or MCP2515. The numbers of channels are limits, 0: no limit.
     """
 
     bus_type: str
@@ -76,18 +76,18 @@ class BoardKind:
 
     @property
     def ideal(self) -> bool:
-        """Its CAN lines have the ideal controller, with the options of one."""
+        """True if all its CAN lines have the ideal controller, the one with options."""
         can = [one.controller for one in self.connectors if one.bus_type == CAN]
         return not self.outside and can != [] and set(can) == {IDEAL}
 
     def bus_names(self, named: Sequence[str], there: Container[str]) -> tuple[str, ...]:
-        """A bus for each connector: the named ones, then the usual ones; "" leaves one unconnected.
+        """A bus for each connector: the named buses, then the default ones; "" leaves a connector unconnected.
 
-        Only LIN connectors, which come last, may be left out, and are unconnected where their usual bus does not
+        Only LIN connectors, which come last, may be left out; they are unconnected where their default bus does not
         exist. Raises BadValue for too few or too many names.
         """
         if named and self.outside:
-            raise BadValue(f"{self.name}: an adapter is on a bus of its own, not on {named[0]}; name none")
+            raise BadValue(f"{self.name}: an adapter is on a private bus, not on {named[0]}; name none")
         needed = sum(connector.bus_type != LIN for connector in self.connectors)
         if named and not needed <= len(named) <= len(self.connectors):
             raise BadValue(
@@ -98,7 +98,7 @@ class BoardKind:
         return (*named, *usual)
 
     def line_infos(self, buses: tuple[str, ...]) -> tuple[LineInfo, ...]:
-        """Its lines on these buses, one each, as `bus_names` gives them."""
+        """The description of each line, on the buses that `bus_names` returns."""
         counts: dict[str, int] = {}
         lines = []
         for connector, bus in zip(self.connectors, buses, strict=True):
@@ -127,7 +127,7 @@ class BoardKind:
 
     @property
     def usual_buses(self) -> tuple[str, ...]:
-        """Where its lines go unless told otherwise."""
+        """The default bus of each line."""
         return tuple(connector.bus for connector in self.connectors)
 
 
@@ -162,7 +162,7 @@ class Board:
 
 
 def checked_hardware_id(text: str) -> str:
-    """The text, if a board can have it as hardware id (16 characters overlay a GUID); raises BadValue."""
+    """Return the text if it is a valid hardware id (16 characters overlay a GUID); raises BadValue."""
     if not isinstance(text, str) or not _HARDWARE_ID.fullmatch(text):
         raise BadValue(
             f"hardware id {text!r}: HW and 1 to 14 printable characters, no blanks or parentheses: HW000001 perhaps"
@@ -171,7 +171,7 @@ def checked_hardware_id(text: str) -> str:
 
 
 def checked_bus_name(text: str) -> str:
-    """The text, if a bus can have it as name; raises BadValue. Logs put blanks around it, addresses a colon behind."""
+    """The text if it is a valid bus name; raises BadValue. Logs put blanks around it, addresses a colon after it."""
     if not isinstance(text, str) or not _BUS_NAME.fullmatch(text):
         raise BadValue(f"bus name {text!r}: 1 to 64 characters, no blanks, parentheses or colons")
     return text

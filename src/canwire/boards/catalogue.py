@@ -5,7 +5,7 @@ A package adds a kind by an entry point of the group `canwire.boards` that names
     [project.entry-points."canwire.boards"]
     my-board = "my_package.boards:MY_BOARD"
 
-It is loaded when somebody asks for that kind; the kinds of kinds.py cannot be replaced.
+It is loaded when that kind is first used; the kinds of kinds.py cannot be replaced.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ _BUS_CLASSES: dict[str, type[CanBus] | type[LinBus]] = {CAN: CanBus, LIN: LinBus
 
 
 def kind_names() -> list[str]:
-    """Every kind there is; what other packages bring is not loaded for that."""
+    """The names of all kinds; this does not load the kinds of other packages."""
     return sorted({*KINDS, *(point.name for point in _plug_ins())})
 
 
 def kind(name: str) -> BoardKind:
-    """The kind of that name; raises NoSuchBoard with the names there are, or saying why it cannot be loaded."""
+    """The kind of that name; raises NoSuchBoard with the known names, or with the reason why it cannot be loaded."""
     if name in KINDS:
         return KINDS[name]
     for point in _plug_ins():
@@ -71,7 +71,7 @@ def _loaded(point: EntryPoint) -> BoardKind:
     except Exception as error:  # somebody else's code: anything may come
         raise NoSuchBoard(
             f"board kind {point.name!r}: its plug-in {point.value} does not load "
-            f"({type(error).__name__}: {error}); mend or remove the package that brings it"
+            f"({type(error).__name__}: {error}); repair or remove the package that provides it"
         ) from error
     if not isinstance(found, BoardKind) or found.name != point.name:
         what = f"the kind {found.name!r}" if isinstance(found, BoardKind) else repr(found)
@@ -104,8 +104,8 @@ def build(
 ) -> Board:
     """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
 
-    `place` is where an ISA board's jumpers put it (None: as delivered); a `real` one is driven through /dev/port.
-    `port` is where an adapter is. `options` are those of its controllers, which only ideal ones can have.
+    `place` is the address and IRQ that an ISA board's jumpers select (None: as delivered); a `real` board is driven
+    through /dev/port. `port` is an adapter's port. `options` configure its controllers, and only ideal ones.
     Nothing is running yet. Raises BadValue, NoSuchBoard for a bus that does not exist, Unsupported for a line of
     a type that no bus has, InUse for a place that another board has; nothing is plugged in then.
     """
@@ -153,7 +153,7 @@ def _plugged(
 ) -> BoardLine | BoardLinLine:
     """A line of its kind on its bus."""
     timeline, bus = machine.timeline, machine.buses.get(info.bus)
-    if bus is None:  # alone on a bus of its own, which goes with it
+    if bus is None:  # alone on a private bus, which is removed with the line
         bus = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
     if isinstance(bus, LinBus):
         lin = ideal_lin_line(name, timeline)
@@ -227,7 +227,7 @@ def ideal_line(name: str, timeline: Timeline) -> Line:
 
 
 def mcp2515_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
-    """The same with an MCP2515 at 16 MHz."""
+    """A line with an MCP2515 at 16 MHz and its driver, not yet on any bus."""
     line = Line(name, timeline)
     chip = Mcp2515(None, OSCILLATOR_HZ)
     chip.oscillator_ppm = ppm
@@ -268,7 +268,7 @@ def listener(name: str, bus: Bus, timeline: Timeline) -> Line:
 
 
 def is_shorted(bus: Bus) -> bool:
-    """The two wires of a CAN bus touch each other."""
+    """True if the two wires of a CAN bus are shorted."""
     return isinstance(bus, CanBus) and bool(bus.bits.shorted)
 
 

@@ -1,7 +1,7 @@
-"""What the simulated boards say they can do.
+"""The capabilities that the simulated boards report.
 
-These are simulated figures. Clocks, register ranges and controller types are those of the real boards as far as
-they are published; the divisors of the timers are not, and are ours (source: rulings.md 11, reference/vci.md
+These are simulated figures. Clocks, register ranges and controller types are the published ones of the real
+boards; the divisors of the timers are not published, and are our choice (source: rulings.md 11, reference/vci.md
 sections 3 and 8).
 """
 
@@ -79,7 +79,7 @@ SJA1000_LINE = Capabilities(
 """A line with an SJA1000 at 16 MHz (source: SJA1000 data sheet 6.5)."""
 
 PASSIVE_LINE = replace(SJA1000_LINE, features=SJA1000_LINE.features & ~int(Feature.SCHEDULER), cyclic=Ticks())
-"""The same on a board without a processor of its own, which has no cyclic list (VCI V4 manual 5.2.5)."""
+"""The line of a board without a processor, which has no cyclic list (VCI V4 manual 5.2.5)."""
 
 MCP2515_LINE = Capabilities(
     controller_type=0,  # CAN_CTRL_UNKNOWN: VCI has no number for it

@@ -102,8 +102,8 @@ class Controller(Protocol):
 class InduCan104:
     """One board: ports on one side, an SJA1000 on the other.
 
-    It takes the chip's `on_interrupt` for itself; whoever serves the interrupt sets `on_irq`, or plugs the board into
-    an IsaBus and connects to the line there. Raises BadValue for an address or a line that jumpers cannot set.
+    It uses the chip's `on_interrupt`. A program that serves the interrupt sets `on_irq`, or plugs the board into an
+    IsaBus and connects to that bus's interrupt line. Raises BadValue for an address or a line that jumpers cannot set.
     """
 
     def __init__(self, base: int, irq: int, chip: Controller, *, shared_irq: bool = False) -> None:
@@ -119,7 +119,7 @@ class InduCan104:
 
     @property
     def irq_pending(self) -> bool:
-        """It requests an interrupt that nobody has served."""
+        """True while the board requests an interrupt that no handler has served."""
         return bool(self.chip.interrupt)
 
     @property

@@ -1,7 +1,7 @@
-"""The I/O space and the interrupt lines of a PC, as far as its CAN boards are concerned.
+"""The I/O space and the interrupt lines of a PC that its CAN boards use.
 
 A machine has one `IsaBus`; boards are plugged into it under names that its complaints use. Nothing here knows what a
-board does behind its ports.
+board does with accesses to its ports.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def irq_conflict(one: IsaPlace, other: IsaPlace) -> bool:
 
 
 class IsaCard(Protocol):
-    """What an ISA bus asks of a board. It calls `on_irq`, where set, each time it requests an interrupt."""
+    """The interface of a board on an ISA bus. It calls `on_irq`, where set, each time it requests an interrupt."""
 
     on_irq: Callable[[], None] | None
 
@@ -126,7 +126,7 @@ class IsaBus:
             handlers.remove(handler)
 
     def irq_pending(self, irq: int) -> bool:
-        """A board on this line requests an interrupt that nobody has served."""
+        """True while a board on this line requests an interrupt that no handler has served."""
         return any(card.place.irq == irq and card.irq_pending for card in self._cards.values())
 
     def _requested(self, irq: int) -> None:

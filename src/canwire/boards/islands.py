@@ -1,4 +1,4 @@
-"""Lines whose plug is pulled: each alone on a stub of its own, where it is as lonely as it would be."""
+"""Lines whose plug is pulled: each is alone on a private stub bus, as on a disconnected cable."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Islands(Generic[LineT, WireT]):
         return list(self._stubs.values())
 
     def pull(self, line: LineT, name: str) -> WireT:
-        """At once, in the middle of a frame if need be; its stub. Nothing happens if it is pulled already."""
+        """Pull the plug now, even in the middle of a frame; returns the stub. Does nothing if it is pulled already."""
         if line not in self._stubs:
             self._unplug(line)
             stub = self._stubs[line] = self._stub(self._timeline, f"{name} (disconnected)")
@@ -39,7 +39,7 @@ class Islands(Generic[LineT, WireT]):
         return self._stubs[line]
 
     def put_back(self, line: LineT, go_home: Callable[[LineT], None]) -> None:
-        """`go_home` plugs it where it belongs; nothing happens if it is not pulled."""
+        """`go_home` plugs the line into its bus again; does nothing if it is not pulled."""
         if line in self._stubs:
             self._unplug(line)
             self._timeline.remove(self._stubs.pop(line))

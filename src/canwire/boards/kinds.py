@@ -1,4 +1,4 @@
-"""The boards that canwire brings, as rows: what they are called, say of themselves, and have on board."""
+"""The boards that canwire includes, as rows: names, descriptions and controllers."""
 
 from __future__ import annotations
 

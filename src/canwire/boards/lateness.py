@@ -1,4 +1,4 @@
-"""What people are told of buses that cannot keep up with the clock."""
+"""The warning about buses that cannot keep up with the clock."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ _NOTEWORTHY_NS = 100_000_000
 
 
 def lateness_text(behind_ns: int, skipped_ns: int) -> str:
-    """In a sentence; "" below a tenth of a second.
+    """The delay as a sentence; "" below a tenth of a second.
 
     >>> lateness_text(250_000_000, 0)
     'bus time is 0.25 s behind the clock: the buses have more to do than this machine can simulate, or it was stopped'

@@ -1,4 +1,4 @@
-"""Boards that are real adapters: on buses of their own, reached through a port; kinds by what drives them.
+"""Boards that are real adapters: each has a private bus and a port; their kinds are named after their drivers.
 
 Their input comes from outside the timeline, so they need a hub whose time passes by itself.
 """
@@ -44,7 +44,7 @@ def checked_port(kind: str, port: str) -> str:
 
 
 def check_port(kind: str, port: str) -> None:
-    """Whether there is something now, for who plugs it in by hand; raises NoSuchBoard, ExtraMissing, BadValue."""
+    """Check before plugging in by hand that the port exists; raises NoSuchBoard, ExtraMissing, BadValue."""
     checked_port(kind, port)
     if kind in SERIAL:
         url = parse_port(port).url
@@ -87,7 +87,7 @@ def outside_board(info: BoardInfo, port: str, timeline: Timeline, reactor: React
 
 
 def capabilities_of(port: str) -> Capabilities:
-    """What python-can's interface there can do, as far as that is known beforehand."""
+    """The known capabilities of the python-can interface at this port, before it is opened."""
     known = backend(python_can_port.parse_port(port).interface)
     figures = ADAPTER if known.fd is None else FD_ADAPTER
     if known.listen_only is None:
@@ -108,7 +108,7 @@ def when_heard_of(
 
 
 def obstacle_of(line: Line) -> str:
-    """What keeps a real adapter from its bus, in words; "" of every other line."""
+    """The reason why a real adapter does not take part in its bus; "" for every other line."""
     return line.driver.obstacle() if isinstance(line.driver, OutsideDriver) else ""
 
 

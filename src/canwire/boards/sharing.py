@@ -1,4 +1,4 @@
-"""Who has a line open for reading and for writing, by the rules of Win32 share modes.
+"""The openers of a line, for reading and for writing, by the rules of Win32 share modes.
 
 Source: CANDRV manual 7.3 and 8.1, CreateFile.
 """
@@ -14,7 +14,7 @@ SHARE_READ, SHARE_WRITE = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """One opener: what it does, and what it lets others do (`share`: SHARE_READ, SHARE_WRITE, both or 0)."""
+    """One opener: its access, and the access that it permits others (`share`: SHARE_READ, SHARE_WRITE, both or 0)."""
 
     name: str
     read: bool

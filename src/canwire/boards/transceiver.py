@@ -1,10 +1,10 @@
 """Between the output pins of an SJA1000 and its bus: pins that float drive nothing (rulings.md 41).
 
-OCR decides while the chip leaves reset mode. With both pins floating nobody sees what the chip sends: it hears its own
-frames, gets no acknowledge, and neither acknowledges nor disturbs what others send. It still hears them, but not while
-it sends itself.
+OCR decides while the chip leaves reset mode. With both pins floating no other node sees what the chip sends: the chip
+receives its own frames, gets no acknowledge, and neither acknowledges nor disturbs the frames of others. It still
+receives those, except while it sends.
 
-The chip is then on a stub of its own, where it is alone, and an ear stands in for it on the bus.
+The chip is then alone on a private stub bus, and an `Ear` takes its place on the real bus.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _TIMING = ("bit_ps", "sample_ps", "quantum_ps", "phase1_ps", "jump_ps")
 
 
 class Transceiver:
-    """Of one chip; looks at its pins whenever it leaves reset mode."""
+    """The transceiver of one chip; checks the chip's pins whenever it leaves reset mode."""
 
     def __init__(self, chip: Sja1000, timeline: Timeline) -> None:
         self._chip = chip
@@ -30,7 +30,7 @@ class Transceiver:
         chip.transceiver = self
 
     def look(self) -> None:
-        """The chip goes on the bus with what OCR says now."""
+        """The chip joins the bus with the present value of OCR."""
         if self._chip.output_pins(True) != (FLOAT, FLOAT):
             self.go_home()
             return
@@ -44,7 +44,7 @@ class Transceiver:
         self._ear.begin(self._timeline.now_ns)
 
     def go_home(self) -> None:
-        """The chip itself is on its bus again; where it is already, nothing happens."""
+        """Put the chip itself back on its bus; does nothing if it is there already."""
         home, stub = self._home, self._stub
         if home is None or stub is None:
             return
@@ -56,7 +56,7 @@ class Transceiver:
 
 
 class Ear(Node):
-    """What the chip hears of its bus, while it is at work."""
+    """Receives from the bus for the chip, while the chip runs."""
 
     def __init__(self, chip: Sja1000) -> None:
         super().__init__()
@@ -89,4 +89,4 @@ class Ear(Node):
             self._chip.error(kind, bit, False, rule, at_ns)
 
     def count(self, rule: int, at_ns: int) -> None:
-        """An ear has no counters: nobody hears what it would say of errors."""
+        """Does nothing: an ear has no counters, and reports no errors."""

@@ -1,4 +1,4 @@
-"""What is unusual about the copper of a bus, in sentences for people; nothing of it keeps a bus from running.
+"""Warnings about the copper of a bus, as sentences; none of these conditions keeps a bus from running.
 
 Source: INduCAN104 manual ("Network topology and medium").
 """

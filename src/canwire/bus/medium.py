@@ -1,4 +1,4 @@
-"""Copper has length: how late a level arrives at the other end.
+"""The delay of a cable: how late a level arrives at the other end.
 
 The table of the INduCAN104 manual ("Medium") gives the longest cable for a bit rate: 1 Mbit/s 25 m,
 800 kbit/s 50 m, 500 kbit/s 100 m, 250 kbit/s 250 m, 125 kbit/s 500 m, and 15 m less for each opto-coupler (75 ns)
@@ -55,7 +55,7 @@ def effective_length_m(length_m: float, node_delay_ns: float) -> float:
 def longest_m(bit_rate: int) -> float:
     """Longest cable for a bit rate in bit/s by the manual's table, couplers included.
 
-    Between its rows in proportion to the bit time, likewise below 125 kbit/s.
+    Between its rows and below 125 kbit/s in proportion to the bit time.
     """
     bit_ps = 1_000_000_000_000 / bit_rate
     if bit_ps >= _SLOWEST_PS:

@@ -1,4 +1,4 @@
-"""What a script has set up to go wrong: how often it struck, how often it still will, and its end."""
+"""A scripted disturbance: how often it has struck, how often it still will, and its end."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class Scripted:
-    """One disturbance on a bus. `times` counts down each time it strikes (None: for ever), `struck` counts up.
+    """One disturbance on a bus. `times` counts down each time it strikes (None: no limit), `struck` counts up.
 
-    `listener` is called at each strike, in the midst of the bus's step, and when it is `cancelled`: it may set timers
+    `listener` is called at each strike, in the middle of the bus's step, and when it is `cancelled`: it may set timers
     and nothing else.
     """
 

@@ -1,4 +1,4 @@
-"""Fault confinement: the two error counters, and what they make of a controller.
+"""Fault confinement: the two error counters, and the error state that follows from them.
 
 The rules by number are those of reference/can-protocol.md section 7 (ISO 11898-1:2015 12.1.4, Bosch CAN 2.0
 chapter 8). Shared by every CAN chip.
@@ -13,7 +13,7 @@ ACTIVE, WARNING, PASSIVE, BUS_OFF = range(4)  # ErrorState's first four
 _ACTIVE, _WARNING, _PASSIVE, _BUS_OFF = ACTIVE, WARNING, PASSIVE, BUS_OFF
 _WARNING_LIMIT, _PASSIVE_LIMIT, _BUS_OFF_LIMIT = WARNING_LIMIT, PASSIVE_LIMIT, BUS_OFF_LIMIT
 
-# by rule: (added to TEC, added to REC); rules 7 and 8, which count down, have methods of their own
+# by rule: (added to TEC, added to REC); rules 7 and 8, which count down, have separate methods
 _TEC_STEP = (0, 0, 0, 8, 8, 0, 8, 0, 0)
 _REC_STEP = (0, 1, 8, 0, 0, 8, 0, 8, 0)
 _RULES = len(_TEC_STEP)
@@ -22,7 +22,7 @@ _REC_AFTER_PASSIVE = 127  # "a value between 119 and 127"
 
 
 class Confinement:
-    """TEC, REC and the state they lead to.
+    """TEC, REC and the error state that follows from them.
 
     `tec` is held at 256 once the controller is bus-off; `rec` is held at 255, as registers do. `warning_limit` is
     96 unless a chip lets it be set.

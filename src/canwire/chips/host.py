@@ -1,4 +1,4 @@
-"""What a controller tells whoever drives it: the seam between silicon and line."""
+"""The calls from a controller to its line: the interface between chip and line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from canwire.bus.can.node import Mailbox
 
 
 class Host:
-    """Is told in the order of bus time. A `box` is good until the call returns."""
+    """Receives a controller's calls in the order of bus time. A `box` is valid until the call returns."""
 
     def received(self, box: Mailbox, at_ns: int) -> None:
         """A frame arrived."""
@@ -17,11 +17,11 @@ class Host:
         raise NotImplementedError
 
     def aborted(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in `box` was given up; the mailbox is free again once this returns."""
+        """The frame in `box` was aborted; the mailbox is free again once this returns."""
         raise NotImplementedError
 
     def fill(self, at_ns: int) -> None:
-        """A mailbox is free: load what waits."""
+        """A mailbox is free: load the next queued frame."""
         raise NotImplementedError
 
     def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:

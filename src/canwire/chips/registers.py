@@ -1,8 +1,8 @@
-"""What a chip's registers are, as data: address, access, reset values, bits; and the seam to reach them.
+"""A chip's registers as data: address, access, reset values, bits; and the interface to access them.
 
-A map (chips/sja1000/register_map.py) is a tuple of `Register`; the model beside it decides what a write brings
-about. Whoever
-only wants to read and write registers (a driver, a port on a real machine) needs `RegisterAccess` alone.
+A map (chips/sja1000/register_map.py) is a tuple of `Register`; the chip model in the same folder gives writes their
+effects. Code that only reads and writes registers (a driver, a port on a real machine) needs `RegisterAccess`
+alone.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Register:
         return self.reset if resetting else self.operating
 
     def describe(self, value: int) -> str:
-        """A value as text, by its bits; "" where nothing is to be said that the number does not say."""
+        """A value as text, by its bits; "" if the text would add nothing to the number."""
         return " ".join(text for text in (bit.describe(value) for bit in self.bits) if text)
 
 

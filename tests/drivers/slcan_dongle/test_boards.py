@@ -410,7 +410,7 @@ def test_boards_of_a_configuration_may_come_later(tmp_path: Path) -> None:
         ('kind = "slcan"\nport = "COM3"\n[[board]]\nkind = "slcan"\nport = "COM3"', "'COM3' twice"),
         (
             'kind = "slcan"\nport = "COM3"\nbuses = ["can0"]',
-            "board[0].buses: slcan: an adapter is on a bus of its own",
+            "board[0].buses: slcan: an adapter is on a private bus",
         ),
     ],
 )

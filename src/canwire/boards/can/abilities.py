@@ -1,4 +1,4 @@
-"""Whether a line can do what is asked of it; asked before anything is changed."""
+"""Checks whether a line supports a mode or a search, before anything is changed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NO_FRAMES = FilterSetup(FilterMode.LOCK, 0)
 
 
 def check_mode(name: str, info: LineInfo, mode: LineMode) -> None:
-    """Raise Unsupported for what the board cannot do, naming it (X4-15), or what else is wrong with the mode."""
+    """Raise Unsupported with the name of a feature that the board lacks (X4-15), or another error for a wrong mode."""
     _check_features(
         name,
         info,
@@ -51,7 +51,7 @@ def check_search(
     iso_fd: bool,
     low_speed: bool,
 ) -> None:
-    """The same for a search for the bit rate."""
+    """Raise for a search for the bit rate that the board does not support."""
     _check_features(
         name,
         info,

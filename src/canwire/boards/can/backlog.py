@@ -1,4 +1,4 @@
-"""Frames that wait for their line by priority, whoever sent them."""
+"""Frames of all channels of a line that wait for it by priority."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Backlog:
         heappush(self._heap, (priority, self._count, record, channel))
 
     def front(self) -> tuple[bytes, Channel]:
-        """The frame that goes next, and whose it is."""
+        """The frame that goes next, and the channel that sent it."""
         _, _, record, channel = self._heap[0]
         return record, channel
 

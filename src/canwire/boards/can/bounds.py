@@ -1,4 +1,4 @@
-"""What a line's filter lets pass, as one pattern for each format: a controller with a filter of its own may use it."""
+"""A line's filter as one pattern for each frame format, for a controller that has a hardware filter."""
 
 from __future__ import annotations
 

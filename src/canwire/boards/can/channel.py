@@ -115,7 +115,7 @@ class Channel(Sink):
         self.set_acceptance(None)
 
     def set_acceptance(self, acceptance: Acceptance | None) -> None:
-        """Let only these frames in from now on; None lets all of them in."""
+        """Accept only these frames from now on; None accepts all frames."""
         self.acceptance = acceptance
         pairs = () if acceptance is None else acceptance.pairs
         listed = () if acceptance is None else acceptance.identifiers
@@ -134,7 +134,7 @@ class Channel(Sink):
         return self.in_flight + self.transmit.fill()
 
     def gated(self) -> bool:
-        """Something stands between the line and its own filter: frames from the bus come by way of `arrive`."""
+        """True if frames from the bus pass another filter before the channel's own: they come through `arrive`."""
         return self.line_filter is not None or (self.filter is not None and not self._open)
 
     def arrive(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
@@ -176,7 +176,7 @@ class Channel(Sink):
             self.deliver(box, at_ns, 0)
 
     def return_own(self, box: Mailbox, at_ns: int) -> None:
-        """A frame of its own that it asked to be told of, past the filter and marked."""
+        """A sent frame with self-reception requested; it bypasses the filter and is marked."""
         self._take(box, at_ns, box.words[1], _SELF_RECEPTION | _ACCEPTED)
 
     def deliver_event(self, record: bytes, stamped: bool = True) -> None:
@@ -192,7 +192,7 @@ class Channel(Sink):
             self._overrun_due = True
 
     def drop_queued(self, at_ns: int) -> None:
-        """Give up every frame that waits in the transmit ring, and tell who asked about them."""
+        """Discard every frame in the transmit ring, and report those with CONFIRM as not delivered."""
         if self.untrusted:
             count = self.transmit.clear()
             self.sent += count

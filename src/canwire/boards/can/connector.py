@@ -25,7 +25,7 @@ from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
 
 _COUNTER = 1 << 32
-_LOOK_AGAIN_BITS = 4  # a frame on the wire is looked at so often when the line waits for its end
+_LOOK_AGAIN_BITS = 4  # the interval between checks when the line waits for the end of a frame on the wire
 
 Done = Callable[[int | CanwireError], None]
 
@@ -47,7 +47,7 @@ class CanLine:
         self._after_reset: dict[str, MessageFilter] = {}  # by kin, to be looked at
         self._narrow = False  # the controller holds up what its only kin does not want
         self._own_registers = False  # its acceptance registers are those of its only kin
-        self._paused = False  # by `stop`, and not set up anew since
+        self._paused = False  # by `stop`, and not initialised since
         self.origin_ns: int | None = None
         self._overruns = 0
         self._overrun_timer: Timer | None = None
@@ -62,7 +62,7 @@ class CanLine:
 
     @property
     def chip_timing(self) -> BitTiming | None:
-        """What the registers of its chip say while it runs, where somebody has written another timing into them."""
+        """The timing in the chip's registers while the line runs, if a program has written another timing into them."""
         made = self.line.controller.timing
         if made is None or self.mode is None or self.mode.timing is None or not self.running:
             return None
@@ -79,13 +79,13 @@ class CanLine:
             self.line.tell(self.line.happening(EventKind.STATE, self.line.timeline.now_ns))
 
     def load(self) -> float:
-        """Of the bus it is plugged into, in the last second, 0..100 %."""
+        """Load of the line's bus in the last second, 0..100 %."""
         return load_of(self.bus, self.line.timeline.now_ns)
 
     def initialise(self, mode: LineMode, done: Done) -> None:
-        """Reset and set up; `done(0)` at once, or when the bit rate has been found.
+        """Reset and set up; `done(0)` is called immediately, or when the bit rate has been found.
 
-        Raises for what is impossible, and then nothing has changed.
+        Raises for an impossible mode; then nothing has changed.
         """
         check_mode(self.line.name, self.info, mode)
         if mode.timing is not None:
@@ -159,7 +159,7 @@ class CanLine:
         self.line.driver.configure(self._settings(mode, mode.timing))
 
     def when_quiet(self, call: Callable[[], None]) -> None:
-        """Call once no frame of this line's is on the wire, or at once; none is begun until then."""
+        """Call as soon as this line has no frame on the wire, perhaps immediately; it begins no frame until then."""
         if self.running and self.mode is not None and self.line.driver.on_wire():
             self.line.holding = True
             later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
@@ -178,12 +178,12 @@ class CanLine:
         self._tell_changed()
 
     def abort_pending(self) -> None:
-        """Give up whatever any channel has queued, but for a frame on the wire."""
+        """Discard the queued frames of all channels, except a frame on the wire."""
         for channel in self.line.channels():
             self.line.cancel(channel)
 
     def stop(self, done: Done) -> None:
-        """Leave the bus; `done(0)` once a frame of its own on the wire is over."""
+        """Leave the bus; `done(0)` is called when the frame that the line is sending, if any, has ended."""
         if not self.running:
             done(0)
             return
@@ -202,7 +202,7 @@ class CanLine:
         self._stop_when_quiet()
 
     def _begin_anew(self) -> None:
-        """As a reset does, which the others on a line that was set up are told of."""
+        """Reset the line; the other programs on a line that was set up receive an event."""
         if self.mode is not None:
             self._tell_leaving(InfoCode.RESET)
         self._clear()
@@ -237,7 +237,7 @@ class CanLine:
             self._tell_changed(InfoCode.RESET)
 
     def abandon(self) -> None:
-        """Nobody has anything open on it any more: as it was when the board was plugged in."""
+        """No program has anything open on the line any more: return to the state after plugging in."""
         self.reset()
         for kin in list(self._hearings):
             self._forget(kin)
@@ -330,7 +330,7 @@ class CanLine:
         self._await_overrun()
 
     def close(self, why: CanwireError) -> None:
-        """The board is gone: nobody is kept waiting."""
+        """The board was unplugged: every pending call ends."""
         if self._detection is not None:
             self._detection.cancel(why)
         self._clear()
@@ -358,7 +358,7 @@ class CanLine:
             self.line.hear(kin, unasked(self.info))
 
     def _tell_changed(self, code: int = 0) -> None:
-        """The line was set up anew, or by an InfoCode: taken off its bus, put back on as it was, or reset."""
+        """The line was set up again, or by an InfoCode: taken off its bus, put back on as it was, or reset."""
         self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns, code))
 
     def _clear(self) -> None:

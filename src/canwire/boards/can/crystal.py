@@ -20,7 +20,7 @@ _FD = (
 class Crystal:
     """Faults on one controller's clock; each is a factor on its frequency, 1.0 for none, and all of them multiply.
 
-    Chips go on by `oscillator_ppm` when they are programmed anew; an ideal controller has to be looked after.
+    Chips apply `oscillator_ppm` when their timing is programmed; an ideal controller's times are scaled here.
     """
 
     def __init__(self) -> None:
@@ -31,21 +31,21 @@ class Crystal:
 
     @property
     def drift_ppm(self) -> float:
-        """How far the faults have it off; positive: fast."""
+        """The oscillator's deviation because of faults, in ppm; positive: fast."""
         return (prod(self._factors) - 1.0) * 1e6
 
     def pull(self, node: Any, factor: float) -> None:
-        """One fault more."""
+        """Add a fault."""
         self._factors.append(factor)
         self._apply(node)
 
     def release(self, node: Any, factor: float) -> None:
-        """One fault less."""
+        """Remove a fault."""
         self._factors.remove(factor)
         self._apply(node)
 
     def configured(self, node: Any) -> None:
-        """The controller has got new bit times: an ideal one has right ones now."""
+        """The controller has new bit times; those of an ideal controller are exact at this point."""
         if self._factors and not _is_chip(node):
             self._applied, self._false = 1.0, []
             self._apply(node)
@@ -70,7 +70,7 @@ class Crystal:
             return now
         if now == self._false:
             return self._true
-        tick_ps = 10**12 // getattr(node, "oscillator_hz", 10**12)  # a chip programmed anew: in whole ticks
+        tick_ps = 10**12 // getattr(node, "oscillator_hz", 10**12)  # a chip's new timing: in whole ticks
         return [round(time * self._applied / tick_ps) * tick_ps for time in now]
 
 

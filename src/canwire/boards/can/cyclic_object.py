@@ -1,4 +1,4 @@
-"""A frame on a cyclic list, and what of it grows by one after each transmission.
+"""A frame on a cyclic list, and the part of it that grows by one after each transmission.
 
 Source: VCI V4 manual 7.3.17; rulings.md 9.
 """
@@ -25,7 +25,7 @@ class Increment(NamedInt):
 
 
 class CyclicState(NamedInt):
-    """What an index of the list is up to; the numbers are CAN_CTXMSG_STAT_*."""
+    """The state of an index of the list; the numbers are CAN_CTXMSG_STAT_*."""
 
     EMPTY = 0
     BUSY = 1

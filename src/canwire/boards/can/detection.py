@@ -1,4 +1,4 @@
-"""Which bit rate does a running bus speak? A listen-only node of its own tries one after the other.
+"""Finds the bit rate of a running bus: a separate listen-only node tries one candidate after the other.
 
 Source: VCI V4 manual 5.2.3 and 6.6.3, DetectBaud; it sends nothing and destroys nothing.
 """
@@ -56,7 +56,7 @@ class Detection:
         self._next()
 
     def cancel(self, why: CanwireError | None = None) -> None:
-        """Give up; `done` is told."""
+        """End the search; `done` is called with the error."""
         self._finish(why or NothingHeard(f"{self._name}: the search for a bit rate was ended"))
 
     def _next(self) -> None:
@@ -71,7 +71,7 @@ class Detection:
         driver = self._line.driver
         now_ns = self._timeline.now_ns
         driver.configure(LineSettings(nominal, data, self._iso_fd, listen_only=True))
-        self._line.controller.timing = None  # it only tries this: no reason to warn anybody
+        self._line.controller.timing = None  # a trial only: no reason for a warning
         driver.start(now_ns)
         self._timer = self._timeline.at(now_ns + self._timeout_ns, self._next)
 

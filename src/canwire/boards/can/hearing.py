@@ -1,7 +1,7 @@
-"""What the programs of one interface hear on a line: formats, error reports and filter as they set them, and no others.
+"""What the programs of one interface receive on a line: the formats, error reports and filter that they set.
 
 A line has the rate and the mode on the bus that its controller needs. Everything else that a LineMode says belongs to
-the channels of its `kin`; a program of another kin that sets the line up anew leaves it alone (rulings.md 45).
+the channels of its `kin`; a program of another kin that sets the line up again does not change it (rulings.md 45).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Hearing:
     acceptance: Acceptance | None = None
 
     def give(self, channel: Channel) -> None:
-        """From now on this channel hears so."""
+        """Apply these settings to a channel from now on."""
         channel.standard, channel.extended = self.mode.standard, self.mode.extended
         channel.hears_errors = self.mode.error_frames
         channel.line_filter = self.filter
@@ -51,7 +51,7 @@ class Hearing:
 
 
 def hearing_of(mode: LineMode) -> Hearing:
-    """What the programs of its kin hear of a line that was set up so. Raises BadFilter."""
+    """What the programs of this mode's kin receive on a line that was set up with it. Raises BadFilter."""
     registers = _acceptance_registers(mode)
     acceptance = None
     if mode.kin and registers:
@@ -61,7 +61,7 @@ def hearing_of(mode: LineMode) -> Hearing:
 
 
 def unasked(info: LineInfo) -> Hearing:
-    """What a kin hears that has set nothing here: everything that the board can tell."""
+    """What a kin receives that has set nothing on the line: everything that the board can report."""
     can = info.capabilities.can
     both = can(Feature.STANDARD_AND_EXTENDED)
     return Hearing(LineMode(None, extended=both, error_frames=can(Feature.ERROR_FRAMES)))

@@ -37,7 +37,7 @@ _FAST = 1 << 11
 _LOOP_BACK = 1 << 15
 _M32 = 0xFFFFFFFF
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
-_REFUSALS = 4096  # in _PAUSE_NS; then the bus has its turn, and whoever wrote the next record waits
+_REFUSALS = 4096  # in _PAUSE_NS; then the bus has its turn, and the channel of the next record waits
 _PAUSE_NS = 1_000_000
 _CONFIRM = CONFIRM
 _CONFIRM_LOAD = CONFIRM_LOAD
@@ -48,7 +48,7 @@ _ERROR = int(EventKind.ERROR)
 
 
 class Line(Host):
-    """Splitter between one controller and its channels; `controller` is what hangs on the copper.
+    """Splitter between one controller and its channels; `controller` is the node on the bus.
 
     `long_data` and `fast_data` say which frames untrusted channels may send, and each channel which formats. A line
     that is `holding` loads no more frames. It was set up by a program of the interface `kin`.
@@ -87,7 +87,7 @@ class Line(Host):
         controller.validates_early = False  # of every kind of board a frame's stamp is its end
 
     def open(self, channel: Channel) -> Channel:
-        """Put a channel on the line; from now on it receives."""
+        """Open a channel on the line; it receives from now on."""
         hearing = self._hearings.get(channel.kin)
         if hearing is not None:
             hearing.give(channel)
@@ -96,7 +96,7 @@ class Line(Host):
         return channel
 
     def close(self, channel: Channel) -> None:
-        """Take a channel off the line; frames of its own in the controller still go out."""
+        """Take a channel off the line; its frames in the controller are still sent."""
         self._all = [other for other in self._all if other is not channel]
         self._sort()
 
@@ -196,9 +196,9 @@ class Line(Host):
         )
 
     def cancel(self, channel: Channel, loaded: bool = True) -> int:
-        """Give up everything this channel has queued; returns how many. Without `loaded` mailboxes are left alone.
+        """Discard all frames that this channel has queued; returns how many. Without `loaded`, mailboxes are unchanged.
 
-        A frame on the wire goes on, and is not repeated should it fail.
+        A frame on the wire continues, and is not repeated if it fails.
         """
         before = channel.aborted
         if channel.sends:
@@ -301,7 +301,7 @@ class Line(Host):
         return True
 
     def _load_untrusted(self, channel: Channel, at_ns: int) -> bool:
-        """Its record is copied before it is looked at: whoever wrote it may still be writing."""
+        """The record is copied before it is checked: its program may still be writing."""
         ring = channel.transmit
         driver = self.driver
         if driver.full_for(channel) if driver.several else driver.normal.occupied and driver.high.occupied:
@@ -357,7 +357,7 @@ class Line(Host):
     def _load_first(self, at_ns: int) -> bool:
         """Load the most urgent frame of all prioritised channels.
 
-        Several mailboxes have an order of their own: so one such frame is in the controller at a time.
+        Several mailboxes have their own order, so only one such frame is in the controller at a time.
         """
         if not len(self._backlog):
             return False
@@ -378,7 +378,7 @@ class Line(Host):
     def _refuse(self, channel: Channel, at_ns: int) -> bool:
         """Count a record that cannot be sent; False if its writer has to pause.
 
-        Whoever writes nothing but rubbish, however often it rings the doorbell, keeps nobody else from the bus.
+        So a program that writes only invalid records, however fast, keeps no other program from the bus.
         """
         channel.refused += 1
         self._refusals += 1

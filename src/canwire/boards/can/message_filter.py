@@ -25,7 +25,7 @@ LARGEST_LIST = 1 << 16  # identifiers; no client may fill the memory of its hub
 class FormatFilter:
     """The filter for one frame format; `size` identifiers fit its list, each as data and as remote frame.
 
-    Just made, it lets everything pass in every mode but LOCK: an inclusive one has an open pattern, an
+    A new filter accepts every frame in every mode but LOCK: an inclusive one has an open pattern, an
     excluding one a shut pattern.
     """
 

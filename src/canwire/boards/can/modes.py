@@ -1,4 +1,4 @@
-"""How a line and a channel are set up, and what they say of themselves."""
+"""How a line and a channel are set up, and the status that they report."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Siblings(NamedInt):
     filter, marked (ICanChannel). OWN: only its own, past the filter, marked (ICanChannel2). AS_BUS: its own
     likewise, those of others through the filter and unmarked (ICanChannel2 with CAN_FILTER_SRRA).
     EVERY: whatever the line sends, asked for or not, through the filter and marked (monitors).
-    OTHERS: as if each channel had a line of its own: what others send, asked for or not, through the filter and
-    unmarked. OTHERS_AND_OWN: likewise, and its own, marked.
+    OTHERS: as if each channel had a separate line: what others send, asked for or not, through the filter and
+    unmarked. OTHERS_AND_OWN: the same frames, and its own, marked.
     """
 
     OWN_FILTERED = 0
@@ -67,8 +67,8 @@ class LineMode:
     `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
     `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
     `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
-    With `loop_back` the controller hears only itself. When its last user goes a line is reset; one that `keeps`
-    leaves the bus and stays set up, one that is `persistent` goes on until it is reset. Programs of the same `kin`,
+    With `loop_back` the controller receives only its own frames. A line without users is reset; one that `keeps`
+    leaves the bus and stays set up, one that is `persistent` continues until it is reset. Programs of the same `kin`,
     those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
     `standard`, `extended`, `error_frames`, the filters and `note` hold for channels of the same kin alone, and so do a
     kin's acceptance registers (ACR, AMR): what programs of another kin hear stays as they asked for it.
@@ -145,12 +145,12 @@ class LineStatus:
 
     @property
     def unused(self) -> bool:
-        """It does not run, and nobody has a channel or the control."""
+        """True if the line does not run and no program has a channel or the control."""
         return not (self.running or self.channels or self.control_holder)
 
     @property
     def lateness(self) -> str:
-        """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        """A warning for a hub whose buses cannot keep up with the clock; "" for a hub that keeps up."""
         return lateness_text(self.behind_ns, self.skipped_ns)
 
 

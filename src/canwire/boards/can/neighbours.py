@@ -1,4 +1,4 @@
-"""Who takes part in a bus besides those that somebody asks for, and by which timings: chips attached to it by hand."""
+"""The other nodes of a bus, with their timings: those besides the known lines, such as attached chips."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""At which rates CAN lines run, who has set them so, and which lines of one bus could not work together on copper."""
+"""The rates of CAN lines, the programs that set them, and lines of one bus that could not work together on copper."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def _data_rates(lines: list[RunningLine]) -> set[int]:
 
 
 def same_rates(now: LineMode, wanted: LineMode) -> bool:
-    """Whether who runs at the rates of `now` finds them in `wanted`; one whose rate is still to be found is another."""
+    """True if the rates of `now` are also those of `wanted`; False if one of them has still to be found."""
     if now.timing is None or wanted.timing is None:
         return False
     return now.timing.bit_rate == wanted.timing.bit_rate and data_rate(now) in (None, data_rate(wanted))

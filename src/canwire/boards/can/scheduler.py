@@ -28,7 +28,7 @@ class CyclicList:
     Tick 0 is the moment of `resume`. An object started in tick s wants the ticks s + cycle, s + 2 * cycle, ...
     Where several want the same tick, the one added first has it; the others take the next ticks that are free, and
     their later wishes stay where they are: cycles 2 and 3 give 2, 4, 6, 8, ... and 3, 7, 9, 13, 15, 19, ...
-    An occurrence that the line refuses is given up and counted in `skipped`; the tick stays used. While the line is
+    An occurrence that the line refuses is discarded and counted in `skipped`; the tick stays used. While the line is
     stopped nothing is due, and nothing of that time comes later (source: rulings.md 38): growing data, counts and
     `skipped` stand still.
 
@@ -114,7 +114,7 @@ class CyclicList:
         self._arm()
 
     def start(self, index: int, count: int = 0) -> None:
-        """Send an object `count` times (1..65535), endlessly for 0; one that is busy begins anew.
+        """Send an object `count` times (1..65535), endlessly for 0; one that is busy starts from the beginning.
 
         In a stopped list it begins with `resume`. What `increment` made of the frame stays. An occurrence that
         the line refuses does not count. Raises BadValue, Closed.
@@ -165,23 +165,23 @@ class CyclicList:
         self._arm()
 
     def suspend(self) -> None:
-        """Stop all objects at once; what waits in the line's queue still goes out. Raises Closed.
+        """Stop all objects immediately; frames in the line's queue are still sent. Raises Closed.
 
-        Started objects stay BUSY with what is left of their counts, and begin anew with `resume`.
+        Started objects stay BUSY with the rest of their counts, and start again with `resume`.
         """
         self._check_open()
         self._running = False
         self._arm()
 
     def reset(self) -> None:
-        """Stop the list and empty it; `late` and `skipped` go on counting. Raises Closed."""
+        """Stop the list and empty it; `late` and `skipped` keep their values. Raises Closed."""
         self.suspend()
         self._objects.clear()
 
     def close(self) -> None:
         """Empty the list and leave the line; a second time does nothing.
 
-        A frame in the controller still goes out; those queued behind it are given up and count as skipped.
+        A frame in the controller still goes out; those queued after it are discarded and count as skipped.
         """
         if not self._closed:
             self.reset()

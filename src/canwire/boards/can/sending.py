@@ -1,4 +1,4 @@
-"""How a program sends frames one by one on a line of its own: this much of a lab's node is compiled."""
+"""Sends frames one by one on a node's line: the compiled part of a lab's node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NO_DELAY = 0  # who gives none has not to be checked
 
 
 class Time(Protocol):
-    """In whose time this happens, and who waits for something to happen.
+    """The time in which a node runs, and the waiters for its events.
 
     A `pacer` lets that time pass by the clock; a `selection` leaves out some frames.
     """

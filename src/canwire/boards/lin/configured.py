@@ -13,9 +13,9 @@ _QUEUE = 64
 
 
 class ConfiguredSlave:
-    """Runs values/lin/configuration.py on a line: what it hears goes there, what it answers into the response table.
+    """Runs values/lin/configuration.py on a line: received frames go in, answers go into the response table.
 
-    It has a queue of its own, so other monitors of the line receive everything as before. It ends with the settings
+    It has a separate queue, so other monitors of the line receive everything as before. It ends with the settings
     and responses of the line, or with `close`.
     """
 
@@ -33,13 +33,13 @@ class ConfiguredSlave:
         line.when_cleared = self.close
 
     def power_up(self) -> None:
-        """As after power was away: what was not saved is forgotten."""
+        """Act as after a power cycle: settings that were not saved are lost."""
         self.configuration.power_up()
         self._apply()
 
     @property
     def answers(self) -> bool:
-        """It has not ended."""
+        """True until it ends."""
         return self._monitor.ring.listener is not None
 
     def close(self) -> None:

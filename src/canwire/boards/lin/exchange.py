@@ -13,7 +13,7 @@ from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame
 from canwire.values.lin.transport import BROADCAST_NAD, FUNCTIONAL_NAD, LinReassembly, segments
 
 _QUEUE = 1024
-_AGAIN_NS = 10_000_000  # a slave that was silent is asked anew so much later
+_AGAIN_NS = 10_000_000  # the wait before a silent slave is polled again
 _LOOK_NS = 1_000_000
 
 Answered = Callable[[bytes | CanwireError], None]
@@ -54,7 +54,7 @@ class LinExchange:
     def _step(self) -> None:
         try:
             self._go_on()
-        except CanwireError as error:  # the line was stopped or set up anew meanwhile
+        except CanwireError as error:  # the line was stopped or set up again meanwhile
             self._finish(error)
 
     def _go_on(self) -> None:

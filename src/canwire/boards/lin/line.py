@@ -1,4 +1,4 @@
-"""One LIN connector with its controller: set up, started and stopped by one client, heard by any number of monitors.
+"""One LIN connector with its controller: set up, started and stopped by one client, with any number of monitors.
 
 States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
 
@@ -31,7 +31,7 @@ from canwire.values.lin.event import (
 )
 from canwire.values.lin.frame import LinFrame, go_to_sleep_frame
 
-_LOOK_AGAIN_NS = 200_000  # a frame on the wire is looked at so often when the line waits for its end
+_LOOK_AGAIN_NS = 200_000  # the interval between checks while the line waits for a frame's end
 
 Done = Callable[[int | CanwireError], None]
 Finished = Callable[[LinOutcome], None]
@@ -40,7 +40,7 @@ Finished = Callable[[LinOutcome], None]
 class LinLine(LinHost):
     """Splitter between one controller and its monitors, and the control over it. No I/O; times are the timeline's.
 
-    Whoever makes it sets its `driver`. `busy` while what was sent last is not over. `when_awake` is called when a
+    Its creator sets `driver`. `busy` is true until the last frame sent has ended. `when_awake` is called when a
     sleep ends, `when_free` when the line is busy no more, `when_cleared` when settings and responses are forgotten.
     """
 
@@ -91,7 +91,7 @@ class LinLine(LinHost):
         self.driver.start(now_ns)
 
     def stop(self, done: Done) -> None:
-        """Leave the bus; `done(0)` once a frame of its own on the wire is over. The response table stays."""
+        """Leave the bus; `done(0)` is called when a frame that the line is sending has ended. Responses stay."""
         if not self.running:
             done(0)
             return
@@ -99,7 +99,7 @@ class LinLine(LinHost):
         self._stop_when_quiet()
 
     def leave(self) -> None:
-        """Leave the bus at once, mid-bit if need be; settings and responses stay."""
+        """Leave the bus immediately, mid-bit if need be; settings and responses stay."""
         self._wake.cancel()
         self.driver.stop(self.timeline.now_ns)
 
@@ -111,7 +111,7 @@ class LinLine(LinHost):
     def write(self, frame: LinFrame, *, send: bool, finished: Finished | None = None) -> None:
         """Put a frame on the bus (`send`, a master only), or its data into the response table.
 
-        Sent, it goes out as soon as the bus is free: with its data, or as a header alone whose response is anybody's;
+        Sent, it goes out as soon as the bus is free: with its data, or as a header that any node may answer;
         `finished` gets the outcome. The table may be changed at any time once the line is initialised.
         Raises NotInitialised, WrongState (a slave, or not started), Busy, BadFrame for a header without data.
         """
@@ -136,7 +136,7 @@ class LinLine(LinHost):
     def ask(
         self, id: int, length: int, finished: Finished | None = None, silence_is_fine: bool = False
     ) -> None:
-        """`send` for a header alone; where `silence_is_fine` it is no error when nobody answers."""
+        """`send` for a header alone; with `silence_is_fine` a missing response is no error."""
         mode = self.mode
         if self.busy or self._stopping or mode is None or not mode.master or not self.controller.running:
             self._check_sending()
@@ -145,7 +145,7 @@ class LinLine(LinHost):
         self.driver.ask(id, length, silence_is_fine)
 
     def go_to_sleep(self, finished: Finished | None = None) -> None:
-        """Send the go-to-sleep command; everybody sleeps once it is over. Raises like `write`."""
+        """Send the go-to-sleep command; all nodes sleep after it. Raises like `write`."""
         self.send(go_to_sleep_frame(), finished)
 
     def wake_up(self) -> None:
@@ -181,7 +181,7 @@ class LinLine(LinHost):
         )
 
     def close(self) -> None:
-        """The board is gone: nobody is kept waiting."""
+        """The board was unplugged: every pending call ends."""
         self._clear()
 
     def open(self, monitor: LinMonitor) -> LinMonitor:
@@ -194,7 +194,7 @@ class LinLine(LinHost):
         self._splitter.dismiss(monitor)
 
     def activate(self, monitor: LinMonitor, active: bool = True) -> None:
-        """Let messages into a monitor, or no more of them."""
+        """Start or stop the delivery of messages to a monitor."""
         monitor.active = active
         self._splitter.sort()
 

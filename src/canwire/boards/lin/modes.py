@@ -1,4 +1,4 @@
-"""How a LIN line and its monitors are set up, and what they say of themselves."""
+"""How a LIN line and its monitors are set up, and the status that they report."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class LinLineStatus:
 
     @property
     def lateness(self) -> str:
-        """What people should know of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        """A warning for a hub whose buses cannot keep up with the clock; "" for a hub that keeps up."""
         return lateness_text(self.behind_ns, self.skipped_ns)
 
 
@@ -90,7 +90,7 @@ class LinMonitorStatus:
 
 
 def check_mode(mode: LinMode, capabilities: LinCapabilities, line: str) -> None:
-    """Refuse what cannot be (BadValue), or what this line cannot do (Unsupported), naming it."""
+    """Raise BadValue for an invalid mode, Unsupported with the name of a feature that this line lacks."""
     checked_rate(mode.bit_rate, auto=True)
     if mode.master and mode.bit_rate == AUTO_RATE:
         raise BadValue(f"{line}: only a slave finds the bit rate; a master needs one")

@@ -36,7 +36,7 @@ class LinScheduler:
 
     The first round of a table counts as work to be done, the ones after it are background, as periodic tasks
     are; so a timeline that runs until it is idle runs one round. While the line sleeps nothing is sent; the table
-    goes on once it is awake. A slot that finds the line busy, or stopped, is skipped and counted.
+    continues once it is awake. A slot that finds the line busy, or stopped, is skipped and counted.
     """
 
     def __init__(self, line: LinLine, tables: Mapping[str, LinSchedule] | LinSchedule) -> None:
@@ -76,7 +76,7 @@ class LinScheduler:
         """Run a table (None: the first one) from its first slot on, now, or after the slot of the one that runs.
 
         It repeats until another one or `stop` ends it, or ends by itself after so many `rounds`.
-        Raises BadValue for a table that there is not, WrongState for a line that is no master.
+        Raises BadValue for an unknown table, WrongState for a line that is no master.
         """
         if self._line.mode is None or not self._line.mode.master:
             raise WrongState(f"{self._line.name}: only a master has a schedule; initialise the line as one")
@@ -84,7 +84,7 @@ class LinScheduler:
             there = ", ".join(map(repr, self.tables)) or "none"
             raise BadValue(f"{self._line.name}: no schedule {name!r}; there are {there}")
         if rounds is not None and rounds < 1:
-            raise BadValue(f"rounds {rounds}: at least 1, or None for ever")
+            raise BadValue(f"rounds {rounds}: at least 1, or None for no limit")
         chosen = next(iter(self.tables)) if name is None else name
         if self._name is not None:
             self._next = (chosen, rounds)
@@ -105,7 +105,7 @@ class LinScheduler:
     def request(self, data: bytes, *, responses: int = 1) -> None:
         """Queue a master request of 8 bytes (more are refused, fewer filled up with 0xFF) for the next such slot.
 
-        After it so many slave responses are fetched in slots for them. Raises BadFrame.
+        After it, `responses` slave responses are fetched in their slots. Raises BadFrame.
         """
         if not 0 < len(data) <= 8:
             raise BadFrame(f"{len(data)} bytes: a master request has 1 to 8")
@@ -133,7 +133,7 @@ class LinScheduler:
         """A slot begins."""
         self._timer = None
         if self._line.controller.asleep:
-            return  # `_awake` goes on from here
+            return  # `_awake` continues from here
         if self._next is not None:
             (name, rounds), self._next = self._next, None
             self._resolving.clear()
@@ -167,7 +167,7 @@ class LinScheduler:
         return controller.bus.foreseen_ns(controller, slot.ids[0])
 
     def _turn_page(self) -> None:
-        """At the end of a table begin anew, or end with its last round."""
+        """At the end of a table start it again, or end after the last round."""
         self._index = 0
         self._first_round = False
         if self._rounds_left is not None:

@@ -1,4 +1,4 @@
-"""One copy for every active monitor of what a LIN line hears, and the counter that times it.
+"""Copies each message of a LIN line to every active monitor, and counts the time for its stamps.
 
 Source: VCI V4 manual 5.3.2 and 7.4.5 (TMOVR).
 """
@@ -44,7 +44,7 @@ class LinSplitter(LinEar):
         self.sort()
 
     def sort(self) -> None:
-        """A monitor came, went, or is active or not any more."""
+        """A monitor was added, removed, activated or deactivated."""
         self._active = [monitor for monitor in self.monitors if monitor.active]
         hearing = [monitor for monitor in self._active if monitor.mode.frames]
         self._hearing = [monitor.queue for monitor in hearing]
@@ -62,14 +62,14 @@ class LinSplitter(LinEar):
                 put(record if free() != 1 else marked(record))
 
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
-        """An event for everybody; without `stamped` its time stays as it is."""
+        """An event for every active monitor; without `stamped` its time stays as it is."""
         if self._active:
             record = event.to_record()
             for monitor in self._active:
                 monitor.deliver_event(event.kind, record, stamped)
 
     def begin_stamps(self) -> None:
-        """The time-stamp counter starts at 0 with the first start after a reset; its overruns are told."""
+        """The time-stamp counter starts at 0 with the first start after a reset; overruns are reported as events."""
         if self.origin_ns is None:
             self.origin_ns = self._timeline.now_ns
             for monitor in self.monitors:

@@ -1,4 +1,4 @@
-"""Waking a LIN bus up: the pulse is repeated until somebody sends a header.
+"""Waking a LIN bus up: the pulse is repeated until a master sends a header.
 
 Source: LIN 2.2A 2.6.2; reference/lin-protocol.md section 7.
 """
@@ -17,7 +17,7 @@ PAUSE_NS = 1_500_000_000  # from the third pulse's end to the next one
 class WakeUp:
     """Sends pulses by `pulse` until `heard`, the number of headers so far, changes; `failed` after every third.
 
-    Its timers are background ones: a bus that nobody answers comes to rest between them.
+    Its timers are background ones: a bus on which no node answers becomes idle between them.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class WakeUp:
         self._headers = 0
 
     def begin(self) -> None:
-        """Send the first pulse now; one that runs already begins anew."""
+        """Send the first pulse now; a sequence that runs already starts again."""
         self.cancel()
         self._headers = self._heard()
         self._send(PULSES - 1)

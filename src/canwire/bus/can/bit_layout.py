@@ -1,6 +1,6 @@
 """A frame laid out bit by bit, as its sender drives it: levels, fields, stuff bits, CRC.
 
-The slow, obvious twin of can_bits.measure: what the bit level transmits and `canwire bits` draws.
+The slow, plain equivalent of can_bits.measure: the bit level transmits it, and `canwire bits` draws it.
 Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4.
 """
 
@@ -87,7 +87,7 @@ class BitLayout:
     def find(self, field: str) -> int:
         """Index of the first bit of a field that is no stuff bit, or -1 if this frame has none.
 
-        Raises BadValue for what no frame has.
+        Raises BadValue for an unknown field.
         """
         wanted = _INDEX.get(field) if isinstance(field, str) else None
         if wanted is None:
@@ -197,7 +197,7 @@ class BitLayout:
 
 
 class KeptLayout:
-    """The layout of what one node sends: a frame that lost, or failed, is the same when it is tried again.
+    """The layout of a node's frame, kept for repetitions after a lost arbitration or an error.
 
     `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter; `classic` says that it is no FD frame.
     """

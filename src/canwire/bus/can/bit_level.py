@@ -1,6 +1,6 @@
-"""The copper itself, when it matters: every node's own clock, sample point and level, edge by edge.
+"""The bit level of a CAN bus: every node's clock, sample point and level, edge by edge.
 
-bus.py skips over undisturbed frames in one step. Whatever is not so simple happens here: errors,
+bus.py skips over undisturbed frames in one step. All else happens here: errors,
 collisions, injected faults, clocks that disagree, cables that are too long. Each node lives in
 its own bit time, is synchronised by the edges it sees, and samples the wired AND of all levels (others'
 levels arrive `delay_ps` late). Times are picoseconds since `enter`.
@@ -35,7 +35,7 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is told (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
+    is called with (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
     sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
     already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
     and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
@@ -125,7 +125,7 @@ class BitLevel:
             self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
     def refresh(self, nodes: list[Node], at_ps: int) -> None:
-        """Nodes have come, gone, been started or stopped."""
+        """Update the stations after nodes were attached, detached, started or stopped."""
         self.now_ps = max(self.now_ps, at_ps)
         # in the middle of a step, nodes that have just gone off drive their bit to its end
         kept = [clock for clock in self.clocks if self._stepping or clock.node in nodes]
@@ -284,7 +284,7 @@ class BitLevel:
         self.step_at(self.next_ps())
 
     def step_at(self, at_ps: int) -> None:
-        """The same, for who knows when that is."""
+        """`step` at a known time."""
         self._stepping = True
         self.aligned = False
         self._step(at_ps)
@@ -300,7 +300,7 @@ class BitLevel:
             if clock.due_ps == at_ps and not clock.sampling:
                 changed = True
                 if station.finished and station.transmitting:
-                    sent = True  # receivers are told of a frame before its sender
+                    sent = True  # receivers get a frame before its sender gets the outcome
                 else:
                     self._begin_bit(clock, at_ps)
         if sent:
@@ -413,7 +413,7 @@ class BitLevel:
                 falls = clock
         arrives = at_ps if self.shorted else at_ps + self.delay_ps
         for clock in self.clocks:
-            # nobody sees an edge of its own, but two see each other's
+            # no node sees its own edge, but two see each other's
             sees = self.shorted or fallen > 1 or (fallen == 1 and clock is not falls)
             if sees and arrives < clock.edge_ps:
                 clock.edge_ps = arrives
@@ -491,7 +491,7 @@ class BitLevel:
         elif sender.start_ps == self.now_ps and (
             self._asked_ps != self.now_ps or sender is not self._flip_sender
         ):
-            self._asked_ps = self.now_ps  # once, whoever else begins a bit now
+            self._asked_ps = self.now_ps  # once, for all clocks that begin a bit now
             self._flip_sender = sender
             index = sender.station.index
             self._flip = -1 if self.disturb is None else self.disturb(sender.node, index)

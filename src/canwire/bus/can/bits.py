@@ -46,9 +46,9 @@ def _crc15_table() -> array[int]:
 
 
 def _stuff_tables() -> list[array[int]]:
-    """For 0..8 bits at once, by state << 8 | bits: next state << 8 | stuff bits inserted.
+    """For groups of 0..8 bits, by state << 8 | bits: next state << 8 | stuff bits inserted.
 
-    A state is last bit << 3 | run length 0..5; it stands where the next look-up wants it. A stuff bit
+    A state is last bit << 3 | run length 0..5; its position suits the next look-up. A stuff bit
     is inserted when the bit after a run of five is about to come, so a run that ends a CAN FD data field
     stays without one.
     """

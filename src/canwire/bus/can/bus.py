@@ -1,4 +1,4 @@
-"""The bus: who sends next, for how long, and who hears it.
+"""The CAN bus: arbitration, the length of each frame, and its delivery to receivers.
 
 Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery; stepped.py
 knows what happens inside them, for those who can notice. Everything else (errors, collisions, faults, clocks that
@@ -80,7 +80,7 @@ class CanBus(BusState):
         self.timeline.interrupted = True
 
     def changed(self) -> None:
-        """Work out anew who takes part and whether whole frames can be skipped over."""
+        """Update the list of nodes that take part, and whether whole frames can be skipped over."""
         members = []
         waiting = []
         self._acknowledgers = self._listeners = 0
@@ -134,7 +134,7 @@ class CanBus(BusState):
             self._replay()
             self._rest_if_over()
         elif self._state == _REST and len(self._members) == 1 and self.timeline.now_ns < self._free_ns:
-            self._leave_rest()  # if this node leaves, nobody's intermission goes on
+            self._leave_rest()  # if this node leaves, no intermission continues
             self._rest_if_over()
 
     def _rest_if_over(self) -> None:
@@ -148,7 +148,7 @@ class CanBus(BusState):
         self.bits.replay(self.timeline.now_ns)
 
     def short(self, shorted: bool) -> None:
-        """Short the two wires (a dominant bus for everybody), or take the short away."""
+        """Short the two wires (a dominant bus for all nodes), or take the short away."""
         self.interrupt()
         if self._state == _REST and shorted:
             self._leave_rest()
@@ -243,7 +243,7 @@ class CanBus(BusState):
                 self._start(start, limit_ns)
 
     def _go_on(self, limit_ns: int) -> bool:
-        """The usual case in one look: the next frame follows the last one at once."""
+        """The common case by a single check: the next frame follows the last one directly."""
         free = self._free_ns
         now = self.timeline.now_ns
         if free > limit_ns or now > free:
@@ -277,7 +277,7 @@ class CanBus(BusState):
         """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is.
 
         A frame that is over by `limit_ns`, with nobody to look inside, is not written down in `contending`: its losers
-        are counted at once. Whatever may be asked about goes through `_contend`.
+        are counted immediately. A frame that may be looked at goes through `_contend`.
         """
         sender = None
         lowest = _NOBODY
@@ -414,12 +414,12 @@ class CanBus(BusState):
                 elif not node.validates_early or node.stored_ns != self._start_ns:
                     node.received(box, end_ns)
             node = node.next_member
-        sender.transmitted(box, end_ns)  # last, for it may load the mailbox anew
+        sender.transmitted(box, end_ns)  # last, because it may load the mailbox again
         if sender.passive:
             sender.suspended_ns = self._free_ns + 8 * bit_ps // 1000
 
     def _count_losers(self) -> None:
-        """Contenders that have not been told are counted at the latest now."""
+        """Count arbitration losses that have not been counted yet."""
         sender = self._sender
         node = self._first
         while node is not None:
@@ -436,7 +436,7 @@ class CanBus(BusState):
         rule = _NO_RULE if sender.passive else _TRANSMIT_ERROR
         sender.segment = _ACK_SLOT
         sender.read_dominant = False
-        self._slot = box.bits - (8 if box.words[1] >> 32 & _FD else 9)  # the mailbox may be loaded anew now
+        self._slot = box.bits - (8 if box.words[1] >> 32 & _FD else 9)  # the mailbox may be loaded again now
         sender.error(_ACK_ERROR, self._slot, True, rule, self.timeline.now_ns)
         sender.contending = None
 

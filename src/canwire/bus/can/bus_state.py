@@ -1,4 +1,4 @@
-"""What a bus is at, and what anybody may ask of it at any moment, in the middle of a bit too.
+"""The state of a bus, readable at any moment, even in the middle of a bit.
 
 bus.py moves it on. Whichever way a frame takes, whole or bit by bit, the answers here are the same.
 """
@@ -21,7 +21,7 @@ _INTERMISSION = 3
 
 
 class BusState(Bus):
-    """REST between frames, SENDING one as a whole, ERRING behind one that nobody acknowledged, or BITWISE.
+    """REST between frames, SENDING one as a whole, ERRING after one without an acknowledge, or BITWISE.
 
     At REST the bus is free from `_free_ns` and `_free_ps` on, maybe not yet: the intermission counts to it. Up to
     `_busy_from_ns` `load` is complete; at REST it lacks what comes from there to `_free_ns`.
@@ -117,7 +117,7 @@ class BusState(Bus):
         return inside
 
     def _contend(self) -> None:
-        """Anybody may see now whose frames are on the wire; who loses is counted where that shows."""
+        """Mark the frames on the wire as visible; arbitration losses are counted at the losing bit."""
         node = self._first
         while node is not None:
             if node.contends:

@@ -66,7 +66,7 @@ class Clock:
             self.echo.drive(1, at_ps)
 
     def count_from(self, at_ps: int) -> None:
-        """It begins to count recessive bits now, with a bit of its own."""
+        """Begin to count recessive bits now, with a new bit."""
         self.station.run = 0
         self.due_ps, self.sampling = at_ps, False
 
@@ -95,7 +95,7 @@ class Clock:
             self.edge_ps = min(self.edge_ps, self.echo.measure_from(at_ps))
 
     def next_ps(self, now_ps: int) -> int:
-        """When something happens here next."""
+        """The time of this clock's next event."""
         soonest = min(self.due_ps, self.edge_ps, self.check_ps)
         gap_ps = self.node.sample_gap_ps
         if gap_ps and self.sampling:
@@ -106,16 +106,16 @@ class Clock:
         return soonest
 
     def looks_before(self, at_ps: int) -> bool:
-        """It looks at the wire once or twice more before the sample point that it is about to reach."""
+        """True at one of the earlier samples of a bit that is sampled three times."""
         before_ps, gap_ps = self.due_ps - at_ps, self.node.sample_gap_ps
         return self.sampling and (before_ps == gap_ps or before_ps == 2 * gap_ps)
 
     def look(self, level: int) -> None:
-        """It sees this level there."""
+        """Store the level of one of these earlier samples."""
         self.looks = self.looks << 1 & 2 | level
 
     def found(self, level: int) -> int:
-        """What a sample of this level says to the station: a compensating sender has looked at its bits elsewhere.
+        """The level that the station gets for this sample; a compensating sender uses its second sample points instead.
 
         Of three samples two decide.
         """
@@ -169,7 +169,7 @@ class Clock:
     def keep_ahead(
         self, start_ps: int, due_ps: int, sampling: bool, synchronised: bool, taken: int, begun: int
     ) -> None:
-        """Where it will be, with so many samples taken and bits begun, if `go_ahead` follows."""
+        """Store the state after so many samples taken and bits begun, for `go_ahead`."""
         self.ahead_start_ps = start_ps
         self.ahead_due_ps = due_ps
         self.ahead_sampling = sampling
@@ -178,7 +178,7 @@ class Clock:
         self.ahead_begun = begun
 
     def go_ahead(self) -> None:
-        """It is there."""
+        """Apply the state that `keep_ahead` stored."""
         self.start_ps = self.ahead_start_ps
         self.due_ps = self.ahead_due_ps
         self.sampling = self.ahead_sampling
@@ -187,7 +187,7 @@ class Clock:
             self.joins = self.edged = False
 
     def coasts_with(self, other: Clock) -> bool:
-        """Both are about to begin a bit, at the same time, and the bits to come are the same for them."""
+        """True if both clocks begin a bit at the same time, and their next bits are the same."""
         return (
             self.due_ps == other.due_ps
             and not self.sampling
@@ -204,7 +204,7 @@ class Clock:
         """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
         station = self.station
         state = station.state
-        if state == _WAITING:  # whoever looks for the bus follows every edge, and is no nearer to an idle one
+        if state == _WAITING:  # a node that waits for the bus follows every edge, and starts its count again
             if self.node.edge_filter and not station.rejoined:
                 self.check_ps = at_ps + 2 * self.node.quantum_ps
                 return
@@ -243,7 +243,7 @@ class Clock:
             late = (at_ps - self.start_ps) // quantum * quantum
             if late > 0:
                 if self.station.out == 0:
-                    return  # whoever drives dominant takes no notice of an edge that is late
+                    return  # a node that drives dominant ignores a late edge
                 self.due_ps += late if late < jump else jump
         else:
             early = self.due_ps - at_ps

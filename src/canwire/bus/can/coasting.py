@@ -1,7 +1,7 @@
-"""Stretches of bits in which nothing happens that anybody could notice: bit_level.py takes each in one step.
+"""Stretches of bits without any observable event: bit_level.py takes each in one step.
 
 All clocks must stand at the same bit boundary and run at the same rate, so that every edge comes where all of them
-begin a bit anyway. Then either everybody reads what one sender has laid out, and readers that have read the same are
+begin a bit anyway. Then either all nodes read what one sender has laid out, and readers that have read the same are
 read for once; or the wire keeps its level for as long as no flag, delimiter, field or count comes to its end. The bit
 where one does is left to bit_level.py, as are all others that do not fit.
 """
@@ -167,7 +167,7 @@ class Stretch:
             self._answer = self._scratch.take_steady(level, _FEW)
         return self._answer
 
-    # going on
+    # continuing
 
     def last_ps(self, began_ps: int, bits: int, clock: Clock) -> int:
         return began_ps + (bits - 1) * clock.bit_ps() + clock.sample_ps()

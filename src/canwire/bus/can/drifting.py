@@ -1,7 +1,7 @@
 """Stretches of bits of clocks that disagree: each is followed by arithmetic, from one sender's edges to the next.
 
-As in coasting.py nothing happens in such a stretch that anybody could notice. Either one sender is heard by readers
-that have read the same: every reader's samples must lie in the sender's very bits, however its edges move their clocks.
+As in coasting.py such a stretch has no observable event. Either one sender is received by readers that have read
+the same: every reader's samples must lie in the sender's very bits, however its edges move their clocks.
 Or the wire stays recessive, and no clock gets to a sample that ends something. All that happens before `end_ps` belongs
 to the stretch; what happens then and later is left to bit_level.py.
 
@@ -200,7 +200,7 @@ class Apart(Stretch):
             self.sender = None
         return 1
 
-    # going on
+    # continuing
 
     def last_ps(self, began_ps: int, bits: int, clock: Clock) -> int:
         """When the last thing happens in it."""

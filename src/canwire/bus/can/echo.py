@@ -1,7 +1,7 @@
-"""What one node drives, as others and it itself see it later; and a sender's second look at its own bits.
+"""The levels that one node drives, as they arrive later; and the second sample points of a sender's own bits.
 
 With transmitter delay compensation a sender measures in the res bit how late its own edge comes back. A bit of the
-data phase is then looked at that long, and an offset, behind its start; one that was wrong is an error at the next
+data phase is then sampled that long, plus an offset, after its start; one that was wrong is an error at the next
 ordinary sample point.
 
 Source: ISO 11898-1:2015 chapter 11.3.3; Bosch M_CAN user's manual, transmitter delay compensation.
@@ -32,7 +32,7 @@ class Echo:
         self.begin()
 
     def begin(self) -> None:
-        """Nothing is known of earlier times."""
+        """Forget all earlier changes."""
         self.changes = 0
         self.last = 1
         self.measuring_ps = _NEVER
@@ -50,7 +50,7 @@ class Echo:
         self.changes += 1
 
     def changed_at(self, at_ps: int) -> bool:
-        """Its last change was then."""
+        """The time of its last change."""
         if self.changes == 0:
             return False
         changed_ps = self._history[(self.changes - 1) % _HISTORY] >> 1
@@ -68,7 +68,7 @@ class Echo:
         return 1
 
     def takes(self, at_ps: int) -> bool:
-        """No clock is set by the edge that arrives: it is measured, or drowned by the node's own dominant level."""
+        """True if the arriving edge sets no clock: it is measured, or hidden by the node's own dominant level."""
         if self._measured(at_ps):
             return True
         return self.node.loop_ps > 0 and self.level_at(at_ps - self.node.loop_ps) == 0

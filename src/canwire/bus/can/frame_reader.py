@@ -1,7 +1,7 @@
 """A frame taken in bit by bit, as every controller on the bus does, its own sender included.
 
-From SOF to the last CRC bit: destuffing, fields, CRC 15/17/21. What comes behind (delimiters, ACK, EOF) and what
-an error leads to is the business of station.py.
+From SOF to the last CRC bit: destuffing, fields, CRC 15/17/21. station.py handles what comes after
+(delimiters, ACK, EOF), and the consequences of errors.
 
 Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4.
 """

@@ -1,4 +1,4 @@
-"""Which frames may be taken whole: those whose every edge comes where everybody begins a bit anyway.
+"""Which frames may be taken whole: those in which every edge falls on a bit boundary of every node.
 
 The proof is docs/whole-frames.md. Asked once for each change of who is on the bus and how it is set, never for a frame.
 """
@@ -20,9 +20,9 @@ class InStep(NamedTuple):
 
 
 def in_step(members: Sequence[Node], waiting: Sequence[Node], delay_ps: int) -> InStep:
-    """What is shown of these nodes: `members` are on the bus, `waiting` look for 11 recessive bits."""
+    """The frames that may be taken whole: `members` are on the bus, `waiting` look for 11 recessive bits."""
     classic = nominal_bits_coincide(members, waiting, delay_ps) and all(map(reads_itself, members))
-    # whoever ignores short dominant bits may join in the midst of an FD frame
+    # a node that ignores short dominant bits may join in the middle of an FD frame
     fd = classic and one_format(members) and not any(node.edge_filter for node in waiting)
     switching = fd and data_bits_coincide(members, waiting) and all(map(reads_its_data, members))
     return InStep(classic, fd, switching)
@@ -35,7 +35,7 @@ def nominal_bits_coincide(members: Sequence[Node], waiting: Sequence[Node], dela
 
 
 def one_format(members: Sequence[Node]) -> bool:
-    """Everybody knows CAN FD frames, and computes their CRC in the same way."""
+    """All nodes know CAN FD frames, and compute their CRC in the same way."""
     formats = {node.fd for node in members}
     return len(formats) == 1 and CLASSIC_ONLY not in formats
 

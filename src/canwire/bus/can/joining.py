@@ -13,7 +13,7 @@ _NEVER = NEVER
 
 
 class Joining:
-    """Who waits on one bus; `nodes` is the bus's own list.
+    """The nodes that wait on one bus; `nodes` is the bus's own list.
 
     The bus has been recessive since `quiet_from_ns` and, beyond these, `quiet_from_ps` (0..999). Times are compared to
     the picosecond: whose last bit ends where a frame begins takes part in its arbitration.
@@ -39,7 +39,7 @@ class Joining:
         return soonest
 
     def join(self, at_ns: int, at_ps: int) -> None:
-        """Tell those who have seen enough by now."""
+        """Call `joined` of the nodes that have seen enough by now."""
         for node in self.nodes:
             if node.waiting:
                 due = self._due_ns(node)
@@ -47,7 +47,7 @@ class Joining:
                     node.joined(at_ns)
 
     def groups(self, node: Node, at_ns: int, at_ps: int) -> int:
-        """How many groups of 11 bits the node has counted up to now, in recessive time that goes on."""
+        """How many groups of 11 bits the node has counted up to now, in recessive time that continues."""
         since = self._quiet_since(node)
         if at_ns < since:
             return node.sequences

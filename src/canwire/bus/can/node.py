@@ -1,4 +1,4 @@
-"""The seam between a bus and whatever hangs on it.
+"""The interface between a bus and its nodes.
 
 A `Node` is one controller as the copper sees it: a bus reads its attributes and calls its methods,
 a chip fills them in. Nothing above knows how a chip is built; nothing here knows registers.
@@ -78,28 +78,28 @@ class Node:
     """One controller on a bus.
 
     The bus reads: `on_bus` (started, integrated, not bus-off), `listen_only`, `self_test` (needs no acknowledge),
-    `passive`, `fd`, `offer` (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (no SOF
-    of its own before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
-    `asleep` (neither on the bus nor waiting: it is only told when the bus comes to life), and the timing in
-    picoseconds, by its own oscillator. What it reads back of its own levels is `loop_ps` late. One that `compensates`
-    looks at its own bits of the data phase `second_sample_ps` behind the delay that it `measures_delay`, and
-    `least_second_ps` behind their start at the least; if it measures none, `second_sample_ps` behind their start.
+    `passive`, `fd`, `offer` (the mailbox to send next, or None), `tainted` (its REC is not 0), `suspended_ns` (it sends
+    no SOF before), `waiting` and `sequences` (how many runs of 11 recessive bits it needs to join, and has seen),
+    `asleep` (neither on the bus nor waiting: the bus only calls its `woken`), and the timing in
+    picoseconds, by its own oscillator. It reads its levels back `loop_ps` late. One that `compensates`
+    checks its own bits of the data phase `second_sample_ps` after the delay that it `measures_delay`, and
+    `least_second_ps` after their start at the least; if it measures none, `second_sample_ps` after their start.
     While it waits for the bus an `edge_filter` ignores dominant time of less than two quanta. In `restricted` operation
     it sends no flags, and offers nothing. With `protocol_exception` it leaves a frame alone whose format it does not
     know: at a recessive res bit, a classic node at FDF. One with a `sample_gap_ps` samples each bit thrice, so far
     apart and the last time at its sample point, and takes what two of the samples are. One that `validates_early` is
     given a frame where receivers may take it as valid, at the sample point of the last bit but one of EOF; others get
-    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None where
-    nobody has said so.
+    theirs where EOF ends. `timing` is how it was set up, for warnings of what could not work on copper; None if
+    unknown.
 
     It writes only `contending` (the node's mailbox on the wire, until it loses), `contends` (the same of its offer,
     for as long as nobody else can look), `arbitration_losses`, `sequences`, `suspended_ns`, `waiting_from_ns` (and
     the picoseconds beyond it, `waiting_from_ps`), `counted_ns` (SOF of the last frame that was counted as received
-    while it went on), `stored_ns` (SOF of the last frame that it was given early), before `error` and `count`
+    before its end), `stored_ns` (SOF of the last frame that it was given early), before `error` and `count`
     `segment` (which part of a frame it was, as the low bits of SJA1000's ECC tell), before `error` `read_dominant`
     (what that bit was read as), and `next_member`, which links those on the bus. A node with a `sink` has its frames
-    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node is told of
-    lost arbitrations, at the very bit; a single-shot frame makes it one.
+    put there and counted in `frames_received` instead of `received` being called. Only an `attentive` node gets a call
+    for each lost arbitration, at the very bit; a single-shot frame makes it one.
 
     The bus calls the methods below in the order of bus time, with `at_ns` never decreasing for one
     node. A node may call back only what `Bus` offers.
@@ -178,7 +178,7 @@ class Node:
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
-        """The node was asleep, and somebody's SOF (or a short) has come."""
+        """The node was asleep, and an SOF (or a short) has come."""
         raise NotImplementedError
 
 
@@ -210,13 +210,13 @@ class Bus(Source):
     def activity(self, node: Node) -> int:
         """What a node on the bus does.
 
-        RECEIVING or SENDING a frame, FAILED from an error or overload flag of its own to the end of the delimiter,
-        RECEIVED_LAST or SENT in the intermission behind these, QUIET otherwise.
+        RECEIVING or SENDING a frame, FAILED from its error or overload flag to the end of the delimiter,
+        RECEIVED_LAST or SENT in the intermission after these, QUIET otherwise.
         """
         raise NotImplementedError
 
     def catch_up(self, node: Node) -> None:
-        """Count what the node has not been told of up to this moment: arbitration lost by one who is not attentive."""
+        """Count, up to this moment, arbitration losses of a node that is not attentive."""
         raise NotImplementedError
 
     def recessive_groups(self, node: Node) -> int:

@@ -1,4 +1,4 @@
-"""Where everybody's own bits begin: when a bus comes to rest, and when it goes down to the bit level in their middle.
+"""Where the bits of each node begin: when a bus comes to rest, and when it goes down to the bit level in mid-bit.
 
 Between frames nodes need not be in step: after an error in a data phase each counts from its own sample point.
 bus.py and bit_level.py ask, once or twice a frame.
@@ -43,7 +43,7 @@ def hand_back(clock: Clock, origin_ps: int) -> None:
 
 
 def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
-    """An idle node has something to send: it need not wait for a bit boundary of its own, unless an edge has set it."""
+    """An idle node has something to send: it need not wait for its next bit boundary, unless an edge has set it."""
     for clock in clocks:
         station = clock.station
         idle = station.state == IDLE and not clock.edged and not station.just_free
@@ -61,7 +61,7 @@ def resume_frame(clocks: Sequence[Clock]) -> None:
 
 
 def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passive: bool) -> None:
-    """Where the ACK slot begins: the sender has been told that nobody filled it."""
+    """Where the ACK slot begins: the sender already has the acknowledge error."""
     for clock in clocks:
         if clock.node is sender:
             _fail_unacknowledged(clock.station, slot, passive)
@@ -70,7 +70,7 @@ def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passiv
 
 
 def _fail_unacknowledged(station: Station, slot: int, passive: bool) -> None:
-    """Go on from the frame's bit `slot`, an ACK slot that nobody filled, which the node knows already."""
+    """Continue from the frame's bit `slot`, an ACK slot without acknowledge, which the node knows already."""
     station.contending = None
     station.index = slot + 1
     station.transmitting = station.flagged = station.tally.erring = True
@@ -94,7 +94,7 @@ def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
 
 
 def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ps: int) -> None:
-    """Go on between frames in the bits that those who wait or are suspended are in."""
+    """Continue between frames, in the present bits of nodes that wait or are suspended."""
     for clock in clocks:
         if clock.station.state == WAITING:
             resume_waiting(clock, origin_ps, quiet_from_ps)

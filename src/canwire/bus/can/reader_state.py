@@ -35,7 +35,7 @@ def store(reader: FrameReader, words: _mem.Words) -> None:
 
 
 def alike(one: FrameReader, other: FrameReader, classic: bool) -> bool:
-    """Both stand at the same place of the same frame, and will take the next bits alike.
+    """True if both are at the same place of the same frame, and will take the next bits alike.
 
     `classic` says that these are a classic frame's, which those read alike who differ in what they make of FD frames.
     """
@@ -82,7 +82,7 @@ def _whole_bytes(reader: FrameReader) -> int:
 
 
 def copy(target: FrameReader, source: FrameReader) -> None:
-    """Stand where the other one stands."""
+    """Copy the position and the values of the source."""
     target.field, target.left, target.value = source.field, source.left, source.value
     target.same, target.last, target.stuffing = source.same, source.last, source.stuffing
     target.stuff_count = source.stuff_count
@@ -98,6 +98,6 @@ def copy(target: FrameReader, source: FrameReader) -> None:
 
 
 def double(target: FrameReader, source: FrameReader) -> None:
-    """Stand where the other one stands, and read on as it does."""
+    """Copy the source with its format settings, so that both read the next bits alike."""
     target.fd_mode, target.protocol_exception = source.fd_mode, source.protocol_exception
     copy(target, source)

@@ -55,8 +55,8 @@ class Station:
 
     `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
     has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
-    an error or overload flag of its own to the end of the intermission behind it. `counted` says that the node has
-    been told already that the frame on the wire was well received, `stored` that it has been given this frame. `levels`
+    its error or overload flag to the end of the intermission after it. `counted` is true once the node has counted
+    the frame on the wire as received, `stored` once it has been given this frame. `levels`
     are those of `layout`, the frame that it sends or sent last.
     """
 
@@ -70,7 +70,7 @@ class Station:
         self.begin()
 
     def begin(self) -> None:
-        """The node comes to the bus, or the bus comes back from whole frames."""
+        """Begin when the node joins the bus, or when the bus returns from whole frames."""
         node = self.node
         self.now_ns = self.sof_ns = 0
         self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
@@ -155,7 +155,7 @@ class Station:
         return _QUIET
 
     def resting(self) -> bool:
-        """Nothing of a frame or an error is under way here."""
+        """True if no frame or error is in progress at this node."""
         if self.finished or self.rejoined or self.sof_seen:
             return False
         return (
@@ -163,7 +163,7 @@ class Station:
         )
 
     def wait_for_bus(self) -> None:
-        """Leave whatever was going on; the node looks for 11 recessive bits."""
+        """Leave a frame or error in progress; the node looks for 11 recessive bits."""
         self.state = _WAITING
         self.transmitting = self.flagged = self.sof_seen = self.finished = False
         self.just_free = self.stored = False
@@ -455,7 +455,7 @@ class Station:
             self._dominant_flag_bit(level)
 
     def _dominant_flag_bit(self, level: int) -> None:
-        """A bit error in an active error or overload flag is an error itself: an error flag begins anew."""
+        """A bit error in an active error or overload flag is an error itself: a new error flag begins."""
         self.left -= 1
         if self.left == 0:
             self.state = _FLAG_WAIT

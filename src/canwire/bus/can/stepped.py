@@ -1,8 +1,8 @@
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
-bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and is told so,
-one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For them alone
-the same is found out here as station.py does bit by bit.
+bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and gets a call,
+one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For these nodes
+alone this file computes the results that station.py computes bit by bit.
 
 Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
 """
@@ -47,7 +47,7 @@ class SteppedFrame:
         self.box = box
 
     def next_ns(self, end_ns: int, acknowledged: bool) -> int:
-        """When the next thing happens that somebody notices, `end_ns` at the latest."""
+        """The time of the next observable event, `end_ns` at the latest."""
         soonest = end_ns
         node = self.first
         while node is not None:
@@ -96,7 +96,7 @@ class SteppedFrame:
         return soonest
 
     def catch_up(self, node: Node, now_ns: int) -> None:
-        """Count a loss of arbitration up to now that nobody had to be told of."""
+        """Count a loss of arbitration up to now that needs no call."""
         box = node.contending
         if box is None or node is self.sender or node.attentive or box.single_shot:
             return
@@ -117,7 +117,7 @@ class SteppedFrame:
         return node is self.sender or (box is not None and now_ns <= self._loses_ns(node, box))
 
     def fails(self, now_ns: int) -> bool:
-        """Behind an ACK slot that nobody filled: the error frame lasts, of which `end_ps` is the intermission's end."""
+        """After an ACK slot without acknowledge: the error frame lasts, of which `end_ps` is the intermission's end."""
         node = self.sender
         return now_ns <= self._at_ns(self.end_ps - (_INTERMISSION + 1) * node.bit_ps + node.sample_ps)
 

@@ -1,4 +1,4 @@
-"""Levels put in front of receivers by somebody who is no node: what ISO 16845-1 calls the lower tester.
+"""Levels put in front of receivers, but not by a node: what ISO 16845-1 calls the lower tester.
 
 bit_level.py asks for them while there are any; forcing.py says where they come from.
 """

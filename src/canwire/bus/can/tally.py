@@ -1,4 +1,4 @@
-"""What has happened on one bus, counted once for all who take part. Told by bus.py and station.py."""
+"""What has happened on one bus, counted once for all who take part. Called by bus.py and station.py."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from canwire.bus.can.node import Mailbox, Node
 
 
 class Tap:
-    """Somebody who watches the wire without being on it."""
+    """An observer of the wire that is no node."""
 
     def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
         """The node's frame went through."""

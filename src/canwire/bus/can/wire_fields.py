@@ -1,4 +1,4 @@
-"""The fields of a frame as they stand on the wire, stuff bits included: for whoever draws or prints one.
+"""The fields of a frame as on the wire, stuff bits included, for drawing and printing.
 
 Source: ISO 11898-1:2015 chapter 10.4.
 """

@@ -1,7 +1,7 @@
-"""All stations of a LIN bus on one wire, bit by bit: for whatever is no plain frame.
+"""All stations of a LIN bus on one wire, bit by bit: for everything but plain frames.
 
-Each station keeps its own time; the wire is low while anybody drives it low. Collisions, two masters, bit rates
-that disagree, wake-up pulses and shorts need no rules of their own here.
+Each station keeps its own time; the wire is low while any station drives it low. Collisions, two masters, bit rates
+that disagree, wake-up pulses and shorts need no special rules here.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class LinBitLevel:
     """`level` is the wire's, `shorted` a level that it is forced to (FREE: it is not).
 
     `capture` gets every change as (time in ps, level). `now_ps` is how far it has come, `busy_ps` for how long
-    somebody has been sending, or the level low, so far.
+    a node has been sending, or the level low, so far.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class LinBitLevel:
         self.stations = [LinStation(node, self.wire, at_ps) for node in nodes]
 
     def refresh(self, nodes: Iterable[LinNode], at_ps: int) -> None:
-        """Nodes came, went, fell asleep or woke up."""
+        """Update the stations after nodes were attached, detached, fell asleep or woke up."""
         self.pass_to(at_ps)
         there = {station.node: station for station in self.stations}
         wanted = list(nodes)
@@ -57,7 +57,7 @@ class LinBitLevel:
         return next((station for station in self.stations if station.node is node), None)
 
     def request(self, at_ps: int) -> None:
-        """Let everybody begin who has something to send and finds the wire free."""
+        """Start every node that has something to send and finds the wire free."""
         self.pass_to(at_ps)
         for station in self.stations:
             offer = station.node.offer
@@ -65,7 +65,7 @@ class LinBitLevel:
                 station.begin(offer, at_ps)
 
     def waiting(self) -> list[LinNode]:
-        """Who has something to send and has not begun."""
+        """The nodes that have something to send and have not begun."""
         return [
             station.node
             for station in self.stations
@@ -111,7 +111,7 @@ class LinBitLevel:
         self._settle(at_ps)
 
     def busy(self) -> bool:
-        """Somebody sends, or the wire is low."""
+        """True if a node sends, or the wire is low."""
         if self.level == 0:
             return True
         for station in self.stations:  # not any(): this is asked at each bit
@@ -129,7 +129,7 @@ class LinBitLevel:
         return self.level == 1 or self.shorted != FREE or self._fell_ps == at_ps
 
     def _settle(self, at_ps: int) -> None:
-        """Work out the level; whoever listens learns of a change."""
+        """Work out the level; all stations receive a change."""
         level = self.shorted
         if level == FREE:
             level, flipping = 1, False

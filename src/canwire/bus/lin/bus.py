@@ -33,7 +33,7 @@ _LONGEST_RESPONSE = longest_response_bits(0)
 class LinBus(LinMedium):
     """A wired AND between any number of nodes, on a timeline.
 
-    After `idle_ns` without an edge its nodes are told (None: never). `bitwise` takes the long way always.
+    After `idle_ns` without an edge it calls `quiet` of its nodes (None: never). `bitwise`: always bit by bit.
     """
 
     def __init__(self, timeline: Timeline, name: str = "", *, idle_ns: int | None = IDLE_NS) -> None:
@@ -189,7 +189,7 @@ class LinBus(LinMedium):
         )
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
-        """As LinMedium has it."""
+        """As `LinMedium.foreseen_ns`."""
         found = self._foreseen(id)
         return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
 
@@ -221,7 +221,7 @@ class LinBus(LinMedium):
     # plain frames
 
     def _begin(self) -> None:
-        """Let whoever has something to send begin."""
+        """Start the nodes that have something to send."""
         now_ns = self.timeline.now_ns
         waiting, self._offering = self._offering, []
         self._due_ns = NEVER
@@ -388,7 +388,7 @@ class LinBus(LinMedium):
         self._go_on()
 
     def _go_on(self) -> None:
-        """Back to plain frames once the bit level rests; there, whoever waits for a free wire begins."""
+        """Back to plain frames once the bit level rests; then the nodes that wait for a free wire begin."""
         self._count_bits()
         if self.bits.at_rest():
             self._offering = [node for node in self._members if node.offer is not None]

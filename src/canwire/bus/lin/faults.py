@@ -48,15 +48,15 @@ class LinFaults(LinDisturber):
         return f"<faults of a LIN bus: {sum(fault.times != 0 for fault in self._faults)} scripted>"
 
     def checksum(self, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
-        """Whoever answers sends a checksum that fits neither model."""
+        """The node that answers sends a checksum that fits neither model."""
         return self._add(frame_id, times, in_response=_wrong_checksum)
 
     def no_response(self, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
-        """Whoever would answer stays silent."""
+        """The node that would answer stays silent."""
         return self._add(frame_id, times, in_response=lambda response: None)
 
     def cut(self, octets: int = 1, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
-        """The response breaks off after so many bytes (0..8)."""
+        """The response ends early, after so many bytes (0..8)."""
         _check("octets", octets, 0, LARGEST_LENGTH)
         return self._add(frame_id, times, in_response=lambda response: _cut(response, octets))
 
@@ -68,7 +68,7 @@ class LinFaults(LinDisturber):
     def flip(
         self, octet: int = 0, bit: int = 0, frame_id: int | None = None, *, times: int | None = 1
     ) -> LinFault:
-        """Noise inverts one bit (0..7) of this byte of the response for everybody, its sender included."""
+        """Noise inverts one bit (0..7) of this byte of the response for all nodes, its sender included."""
         _check("octet", octet, 0, LARGEST_LENGTH)
         _check("bit", bit, 0, 7)
         return self._add(frame_id, times, in_response=lambda response: _noisy(response, octet, bit))
@@ -78,7 +78,7 @@ class LinFaults(LinDisturber):
         return self._add(frame_id, times, in_header=_wrong_parity)
 
     def short_break(self, bits: int = 10, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
-        """The master's break has so many bits (1..60); slaves want 11 of their own."""
+        """The master's break has `bits` bits (1..60); slaves need 11 by their own clocks."""
         _check("bits", bits, 1, _LONGEST_BREAK)
         return self._add(frame_id, times, in_header=lambda node, id: _header(node, id, break_bits=bits))
 

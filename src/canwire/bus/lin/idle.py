@@ -1,4 +1,4 @@
-"""A LIN bus without an edge for seconds: its nodes are told, and go to sleep.
+"""A LIN bus without an edge for seconds: its nodes get a call, and go to sleep.
 
 Source: LIN 2.2A 2.6.3; reference/lin-protocol.md section 7.
 """
@@ -12,7 +12,7 @@ from canwire.timeline import Timeline, Timer
 
 
 class Idleness:
-    """Watches over nodes that are awake; `last_edge_ns` tells when the level last changed.
+    """Watches over nodes that are awake; `last_edge_ns` returns when the level last changed.
 
     One background timer for them all, which costs nothing while frames come: it fires every `idle_ns` at most.
     """

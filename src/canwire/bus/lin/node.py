@@ -1,4 +1,4 @@
-"""The seam between a LIN bus and whatever hangs on it.
+"""The interface between a LIN bus and its nodes.
 
 A `LinNode` is one controller as the wire sees it: a bus reads its attributes and calls its methods, a chip
 fills them in. Nothing above knows how a chip is built.
@@ -17,7 +17,7 @@ IDENTIFIERS = 64
 class LinResponse:
     """The bytes that answer a header, and what a ring wants to know of them.
 
-    `octets` are data and checksum. `enhanced` tells which checksum fits, None when neither does. `bits` is the
+    `octets` are data and checksum. `enhanced` says which checksum fits, None when neither does. `bits` is the
     length on the wire from the end of the header, `space_bits` of them before the first byte, and `gap_bits` between
     any two. `tail` and `sent_tail` are its records behind their time word, as others and as its sender see it.
     """
@@ -59,7 +59,7 @@ class LinResponse:
 class LinOffer:
     """What a node wants to put on the wire next: a header, with its own response or without, or a wake-up pulse.
 
-    `length` is how many bytes the response of somebody else is to have, 0 for as many as come.
+    `length` is how many bytes another node's response must have, 0 for as many as come.
     """
 
     __slots__ = ("id", "length", "response", "wake_up")
@@ -83,7 +83,7 @@ class LinNode:
 
     `models` are for the node itself: which checksum it takes of a frame (True: enhanced alone, None: either).
 
-    The bus writes only `headers`, the valid ones heard so far.
+    The bus writes only `headers`, the number of valid ones so far.
 
     The bus calls the methods below in the order of bus time. A node may call back only what `LinMedium` offers.
     """
@@ -137,7 +137,7 @@ class LinNode:
         raise NotImplementedError
 
     def rate_found(self, bit_ps: int, at_ns: int) -> None:
-        """A sync field told a searching node how long a bit lasts."""
+        """A searching node has measured the bit time by a sync field."""
         raise NotImplementedError
 
 

@@ -27,7 +27,7 @@ _SYNC_BITS = 12
 
 
 class Listener:
-    """What a receiver tells, at times in ps."""
+    """The reports of a receiver, at times in ps."""
 
     def broke(self, at_ps: int) -> None:
         """A break ended."""
@@ -58,7 +58,7 @@ class Listener:
 
 
 class LinReceiver:
-    """What one node makes of the wire. `mode` says what it waits for, `bit_ps` how long it takes a bit to be."""
+    """Decodes the wire for one node. `mode` says what it waits for, `bit_ps` how long it takes a bit to be."""
 
     def __init__(self, node: LinNode, listener: Listener) -> None:
         self.mode = LISTENING

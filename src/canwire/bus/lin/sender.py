@@ -14,9 +14,9 @@ _READ_BACK = (PID, DATA)
 class LinSender:
     """Sends fields one after the other. `out` is the level it drives, `due_ps` when it acts next.
 
-    A level that cannot be read back ends it: at once in break and sync field (the wire is shorted, or another
-    master's), else with the end of the byte. `failure` is the LinErrorKind, `failed_now` true until somebody
-    has taken notice. `flips` are the bits (field, bit) that a disturbance inverts on the wire.
+    A level that cannot be read back ends it: immediately in break and sync field (the wire is shorted, or another
+    master's), else with the end of the byte. `failure` is the LinErrorKind, `failed_now` true until it
+    has been handled. `flips` are the bits (field, bit) that a disturbance inverts on the wire.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class LinSender:
         self.active = True
 
     def stop(self) -> None:
-        """Let go of the wire."""
+        """Stop driving the wire."""
         self.out = 1
         self.due_ps = NEVER
         self.active = self.flipping = False

@@ -1,4 +1,4 @@
-"""One node of a LIN bus, bit by bit: where it is in a frame, what it sends and what it makes of the others."""
+"""One node of a LIN bus, bit by bit: its place in a frame, what it sends and what it receives."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class LinStation(Listener):
         return not self.sender.active and self.receiver.mode in _RESTING
 
     def stands_by(self) -> bool:
-        """It heard a header, has had no byte of a response, and does not mind."""
+        """True after a header without any byte of a response, if the node needs no response."""
         waits = self.receiver.mode == IN_DATA and not self._octets
         return waits and not self._expected and self.offer is None
 

@@ -1,4 +1,4 @@
-"""What the nodes of a LIN bus share beside its level, and what goes out for what they send."""
+"""What the nodes of a LIN bus share besides its level, and the fields on the wire for each header and response."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Outgoing(NamedTuple):
 
 
 class LinTap:
-    """Who wants to know of every response that went through, with its sender."""
+    """Receives every successful response, with its sender."""
 
     def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
         raise NotImplementedError
 
 
 class LinDisturber:
-    """Who makes things go wrong."""
+    """Disturbs headers and responses."""
 
     def concerns(self, id: int) -> bool:
         """The next frame with this identifier is to be disturbed."""

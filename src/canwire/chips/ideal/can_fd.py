@@ -1,7 +1,7 @@
 """The ideal CAN FD controller: no registers, two mailboxes, and the fast path between bus and line.
 
-Frames of high priority have a mailbox of their own that goes before the normal one. What it receives and
-what becomes of its frames goes to a `Host`, the seam that a line fills in.
+Frames of high priority have a separate mailbox that is sent before the normal one. Received frames and
+the outcomes of sent frames go to a `Host`, which the line implements.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class CanFdController(Node):
         listen_only: bool,
         options: ControllerOptions = USUAL,
     ) -> None:
-        """Bit times in ps: bit, sample point, quantum, PHASE1, jump; `fd` as Node.fd; effective at once."""
+        """Bit times in ps: bit, sample point, quantum, PHASE1, jump; `fd` as Node.fd; effective immediately."""
         self._interrupt()
         self.bit_ps, self.sample_ps, self.quantum_ps, self.phase1_ps, self.jump_ps = nominal
         bit, sample, quantum, _, jump = nominal if data is None else data
@@ -80,12 +80,12 @@ class CanFdController(Node):
         )
 
     def take(self, box: Mailbox) -> None:
-        """The frame that was put into this mailbox, one of the two, is to be sent."""
+        """Request transmission of the frame in this mailbox, one of the two."""
         can_bits.measure(box, self.fd)
         self._make_offer()
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """Give up the frame in a mailbox, unless it is on the wire this very moment: then it is not repeated."""
+        """Abort the frame in a mailbox; a frame that is on the wire at this moment continues, but is not repeated."""
         if not box.occupied:
             return False
         if self.contending is box and self.bus is not None and self.bus.on_wire(self):
@@ -101,7 +101,7 @@ class CanFdController(Node):
         self._take_options(USUAL)
 
     def start(self, at_ns: int, *, integrated: bool = False) -> None:
-        """Come on the bus with clean counters: after 11 recessive bits, or at once if it was there all along."""
+        """Come on the bus with clean counters: after 11 recessive bits, or immediately if `integrated`."""
         self._interrupt()
         self.confinement.reset()
         self.running = True
@@ -113,7 +113,7 @@ class CanFdController(Node):
         self.host.fill(at_ns)
 
     def stop(self, at_ns: int) -> None:
-        """Leave the bus at once, in the middle of a bit if need be; frames stay in their mailboxes."""
+        """Leave the bus immediately, in the middle of a bit if need be; frames stay in their mailboxes."""
         self._interrupt()
         self.running = False
         self.on_bus = False

@@ -1,6 +1,6 @@
 """The ideal LIN controller, master or slave: a response table, one transmit buffer, sleep and wake-up.
 
-What it hears goes to a `LinEar`, everything else to a `LinHost`: the seams that a line fills in.
+Received frames go to a `LinEar`, everything else to a `LinHost`: the interfaces that a line implements.
 
 Source: LIN 2.2A 2; VCI V4 manual 5.3.3; reference/lin-protocol.md sections 6 to 8.
 """
@@ -29,10 +29,10 @@ _RESERVED = 0x3E
 
 
 class LinEar:
-    """Where the frames go that a controller hears, in the order of bus time."""
+    """Receives the frames of a controller, in the order of bus time."""
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        """Somebody else's response arrived, with a right checksum."""
+        """Another node's response arrived, with a correct checksum."""
         raise NotImplementedError
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
@@ -41,18 +41,18 @@ class LinEar:
 
 
 class LinHost:
-    """What a controller tells whoever drives it, in the order of bus time."""
+    """Receives a controller's reports, in the order of bus time."""
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
         """A LinErrorKind, with the identifier of its frame or -1."""
         raise NotImplementedError
 
     def state_changed(self, at_ns: int) -> None:
-        """`state()` or `status()` is another."""
+        """`state()` or `status()` has changed."""
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
-        """Somebody's wake-up pulse ended the sleep."""
+        """Another node's wake-up pulse ended the sleep."""
         raise NotImplementedError
 
     def finished(self, id: int, outcome: LinOutcome, at_ns: int) -> None:
@@ -96,7 +96,7 @@ class LinController(LinNode):
         response_spaces: tuple[int, int],
         start_up_ns: int,
     ) -> None:
-        """Bits of break, delimiter and space in headers, of space and gaps in responses; effective at once."""
+        """Bits of break, delimiter and space in headers, of space and gaps in responses; effective immediately."""
         self._interrupt()
         self.bit_ps = bit_ps
         self.synchronises = synchronises
@@ -120,7 +120,7 @@ class LinController(LinNode):
         self.host.state_changed(at_ns)
 
     def stop(self, at_ns: int) -> None:
-        """Leave the bus at once, in the middle of a bit if need be; what is in the buffer is given up."""
+        """Leave the bus immediately, in the middle of a bit if need be; the transmit buffer is discarded."""
         if not self.running:
             return
         self._interrupt()
@@ -132,7 +132,7 @@ class LinController(LinNode):
             self.host.finished(offer.id, _FAILED, at_ns)
 
     def clear(self) -> None:
-        """Empty the response table and forget what it was told about frames."""
+        """Empty the response table and forget all settings of frames."""
         self._interrupt()
         self.table.clear()
         self.lengths = [0] * IDENTIFIERS
@@ -146,7 +146,7 @@ class LinController(LinNode):
         self._changed()
 
     def ask(self, id: int, length: int, silence_is_fine: bool) -> None:
-        """Send a header for somebody to answer with `length` bytes (0: as many as come); the buffer must be free."""
+        """Send a header that another node answers with `length` bytes (0: any number); the buffer must be free."""
         offer = self._headers.get(id << 4 | length)
         if offer is None:
             offer = self._headers[id << 4 | length] = LinOffer(id, length)
@@ -161,7 +161,7 @@ class LinController(LinNode):
         bus.poll(self)
 
     def send(self, id: int, data: bytes, enhanced: bool) -> None:
-        """Send a header with these data behind it; the buffer must be free."""
+        """Send a header followed by these data; the buffer must be free."""
         self._silence_is_fine = False
         self._put(LinOffer(id, 0, self.table.make(id, data, enhanced)))
 
@@ -178,7 +178,7 @@ class LinController(LinNode):
             self.host.state_changed(at_ns)
 
     def state(self, at_ns: int) -> LinState:
-        """What it is up to at this moment."""
+        """The controller's state at this moment."""
         if not self.running:
             return LinState.STOPPED
         if self.asleep:

@@ -1,4 +1,4 @@
-"""The response table of a LIN controller: what answers which header, and when it stops doing so.
+"""The response table of a LIN controller: the response to each header, and when the response ends.
 
 Source: VCI V4 manual 5.3.3; LIN 2.2A 2.3.3.2 (event-triggered frames), 2.7.3 (response error bit).
 """
@@ -18,8 +18,8 @@ class _Entry(NamedTuple):
 
 
 class Role(NamedTuple):
-    """All that a table knows of a frame: its entry, whether it was updated, the events that it stands behind, the
-    frame that it stands for as an event, and which of its bits is the response-error bit."""
+    """All that a table knows of a frame: its entry, whether it was updated, the events that it is associated with,
+    the frame that it replaces as an event, and which of its bits is the response-error bit."""
 
     entry: _Entry | None
     updated: bool
@@ -29,7 +29,7 @@ class Role(NamedTuple):
 
 
 class ResponseTable:
-    """`responses` is what the bus looks at, by identifier; `updated` the identifiers with data not sent yet.
+    """`responses` is read by the bus, by identifier; `updated` the identifiers with data not sent yet.
 
     `spaces` are the bits before the first byte of a response and between any two. `response_error` is the
     value of the response-error bit, where one was asked for.
@@ -46,7 +46,7 @@ class ResponseTable:
         self._watched: set[int] = set()
 
     def clear(self) -> None:
-        """Empty it, and forget what it was told about frames."""
+        """Empty it, and forget all settings of frames."""
         self.responses[:] = [None] * IDENTIFIERS
         self._entries.clear()
         self._events.clear()
@@ -123,7 +123,7 @@ class ResponseTable:
                 self._fill(self._status_bit[0])
 
     def refill(self) -> None:
-        """The spaces are others."""
+        """Build all responses again, for changed spaces."""
         for id in self._entries:
             self._fill(id)
 
@@ -150,7 +150,7 @@ class ResponseTable:
             self.set_response_error(False)
 
     def _fill(self, id: int) -> None:
-        """Work out what answers this header, and the event-triggered ones that it stands behind."""
+        """Work out the response to this header, and to the event-triggered headers of this frame."""
         entry = self._entries.get(id)
         if entry is None:
             return

@@ -5,10 +5,10 @@ modes.py's, the side towards the bus is link.py's.
 Source: Microchip DS20001801 (MCP2515 data sheet).
 
 Interpretations [INT] where the data sheet is silent, besides those of the other two files:
-- What an instruction brings about happens at once, when its last byte has come; SPI itself takes no time.
+- An instruction takes effect immediately, with its last byte; SPI itself takes no time.
 - A transmit buffer whose TXREQ is set keeps its bytes whatever is written; TXP may change.
 - At power-up, registers and RAM are 0 where the data sheet says x; RESET leaves them as they are.
-- The pins TXnRTS, RXnBF and CLKOUT are there for whoever wires them; SOF on CLKOUT is not.
+- The pins TXnRTS, RXnBF and CLKOUT are modelled; SOF on CLKOUT is not.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Mcp2515(Modes):
     peek = read
 
     def write(self, address: int, value: int) -> None:
-        """WRITE of one register's low eight bits; what cannot be written stays as it is."""
+        """WRITE of one register's low eight bits; read-only bits stay unchanged."""
         self.modify(m.canonical(address), 0xFF, value, written=True)
 
     def modify(self, address: int, mask: int, value: int, *, written: bool = False) -> None:

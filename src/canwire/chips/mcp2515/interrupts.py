@@ -14,7 +14,7 @@ class InterruptPin(Node):
     """INT, active (`interrupt`; low on the pin) while an enabled flag is set.
 
     `cells` are the chip's 128 bytes, but for CANSTAT, TEC and REC. `on_interrupt` is called when INT becomes
-    active; an edge that comes while it runs is told by another call when it returns, if INT is still active then.
+    active; an edge that comes while it runs causes another call after it returns, if INT is still active then.
     """
 
     def __init__(self) -> None:

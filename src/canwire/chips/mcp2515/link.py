@@ -4,8 +4,8 @@ Modes (modes.py) and Mcp2515 (controller.py) add the side towards the processor.
 Source: DS20001801 chapters 3, 4, 6 and 7.
 
 Interpretations [INT] where the data sheet is silent:
-- TXREQ is 1 until a frame that is given up on the wire is over. A request while ABAT is set is given up at once.
-- TXnIF tells of success alone; who lost with OSM set learns it from TXBnCTRL.
+- TXREQ is 1 until an aborted frame on the wire has ended. A request while ABAT is set is aborted immediately.
+- TXnIF reports success alone; an arbitration loss with OSM set shows in TXBnCTRL only.
 - ERRIF follows every change of EFLG's state bits, for the better too; what cannot be cleared because "the condition
   still prevails" (7.7) is ERRIF while an overflow flag is set.
 - In bus-off TEC reads 255. Frames that are to be sent stay so, and go out after recovery.
@@ -49,11 +49,11 @@ class BusSide(InterruptPin):
         self.bus_off = False
         self.frames_sent = 0
         self.errors = 0
-        self.overflows = 0  # frames lost for want of a free receive buffer; no register tells
+        self.overflows = 0  # frames lost for want of a free receive buffer; no register counts them
         self._boxes = [Mailbox() for _ in _EVERY_BUFFER]
-        self._spares = [Mailbox() for _ in _EVERY_BUFFER]  # a frame loaded anew is never the one on the wire
+        self._spares = [Mailbox() for _ in _EVERY_BUFFER]  # a newly loaded frame is never the one on the wire
         self._aborting = [False] * m.TX_BUFFERS
-        self._inside = 0  # the bus is calling: it need not be told of an offer
+        self._inside = 0  # the bus is calling: an offer needs no `poll`
 
     # the bus's calls
 
@@ -268,7 +268,7 @@ class BusSide(InterruptPin):
     # afterwards
 
     def _settle(self) -> None:
-        """The call is dealt with: now a mode may change, and whoever waits for INT read and write registers."""
+        """The call is complete: now a mode may change, and the handler of INT may read and write registers."""
         try:
             self._progress()
             self._signal()

@@ -50,7 +50,7 @@ def timing_of(cnf1: int, cnf2: int, cnf3: int, oscillator_hz: int) -> BitTiming:
 
 
 class Modes(BusSide):
-    """What mode the chip is in, and which one it is to have.
+    """The chip's present mode, and the requested one.
 
     `oscillator_ppm`, how far the crystal is off, takes effect when configuration mode is left next.
     """
@@ -156,7 +156,7 @@ class Modes(BusSide):
         self.passive = self.tainted = False
 
     def _leave_bus(self) -> None:
-        """At once, in the middle of a bit if need be."""
+        """Leave the bus immediately, in the middle of a bit if need be."""
         if self.bus is not None:
             self.bus.interrupt()
         self.asleep = self.on_bus = self.listen_only = False

@@ -2,7 +2,7 @@
 
 Nothing here behaves; controller.py is the model, and drivers take their constants from here.
 
-Source: Microchip DS20001801 (MCP2515 data sheet), of which this file takes
+Source: Microchip DS20001801 (MCP2515 data sheet), from which this file has
 - chapter 3: TXBnCTRL, TXRTSCTRL, the transmit buffers (registers 3-1 to 3-8);
 - chapter 4: RXBnCTRL, BFPCTRL, the receive buffers, filters and masks (registers 4-1 to 4-17), the codes of FILHIT;
 - chapter 5: CNF1 to CNF3 (registers 5-1 to 5-3); 6: TEC, REC, EFLG; 7: CANINTE, CANINTF, the codes of ICOD;
@@ -205,6 +205,6 @@ HIDDEN = frozenset(register.address for register in MAP.registers if not registe
 
 
 def canonical(address: int) -> int:
-    """The address of a register in MAP: CANSTAT and CANCTRL have eight each, beyond 7Fh it begins anew."""
+    """The address of a register in MAP: CANSTAT and CANCTRL have eight each; addresses wrap beyond 7Fh."""
     address &= ADDRESSES - 1
     return address & 0x0F if address & 0x0F >= CANSTAT else address

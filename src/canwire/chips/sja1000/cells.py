@@ -1,9 +1,9 @@
-"""Which byte of the SJA1000 model stands behind each address, in each of its four views.
+"""The byte of the SJA1000 model at each address, in each of its four views.
 
 A view is two tables of 128 entries, one for reads and one for writes, made from register_map.py. An entry below
-`SPECIAL` is the index of a byte in the model's `cells`, which is all there is to that register; the others
-name what has an effect. Cells 0 to 127 have PeliCAN's addresses, its RAM included; BasicCAN's registers are the same
-bytes as far as they are the same flip-flops (ACR is ACR0, AMR is AMR0, the transmit buffer the first ten bytes
+`SPECIAL` is the index of a byte in the model's `cells`, and that register is only storage; the others
+name registers with side effects. Cells 0 to 127 have PeliCAN's addresses, its RAM included; BasicCAN's registers are
+the same bytes where they are the same flip-flops (ACR is ACR0, AMR is AMR0, the transmit buffer the first ten bytes
 of PeliCAN's) [INT].
 """
 

@@ -1,11 +1,11 @@
 """The SJA1000 CAN controller, register by register: BasicCAN and PeliCAN.
 
-The map is data (register_map.py), what stands behind an address a table (cells.py); here is what reads and
-writes bring about, and link.py is the side towards the bus.
+The map is data (register_map.py), and a table (cells.py) gives the byte at each address. This file has the effects of
+reads and writes; link.py is the side towards the bus.
 Source: Philips SJA1000 data sheet, 2000 Jan 04; reference/sja1000.md.
 
 Interpretations [INT] where the data sheet is silent, besides those of link.py and modes.py:
-- What a change of RM, RIE or a command needs one internal clock for happens at once.
+- Effects of RM, RIE and commands that need one internal clock on the chip happen immediately.
 - Commands that ask for a transmission are lost in reset mode, and while a request is pending; AT among them still
   makes the pending one a single shot. Registers and RAM are 0 at power-up where the data sheet says X.
 - ALC and ECC keep their values when they are read.
@@ -121,7 +121,7 @@ class Sja1000(Modes):
         return self.cells[code] if code < _SPECIAL else self._look_at(code)
 
     def write(self, address: int, value: int) -> None:
-        """Write the low eight bits of `value`; what cannot be written stays as it is."""
+        """Write the low eight bits of `value`; read-only bits stay unchanged."""
         code = self._writes[address & 127]
         value &= 255
         if code < _SPECIAL:

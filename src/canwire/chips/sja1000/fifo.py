@@ -1,4 +1,4 @@
-"""The SJA1000's receive FIFO: 64 bytes of RAM as a ring, one message behind the other.
+"""The SJA1000's receive FIFO: 64 bytes of RAM as a ring, one message after the other.
 
 Source: data sheet 6.2.4, 6.3.8, 6.4.14 to 6.4.18; reference/sja1000.md section 8.
 """
@@ -72,7 +72,7 @@ class ReceiveFifo:
         return True
 
     def show(self) -> None:
-        """Leave the message composed last behind the others, without keeping it; only so far as there is room."""
+        """Write the message composed last after the others without keeping it; only the part that fits."""
         free = _SIZE - self.used
         self._write(self._size if self._size < free else free)
 

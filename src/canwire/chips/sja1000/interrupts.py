@@ -17,8 +17,8 @@ class Interrupts:
     """Which interrupts wait to be read.
 
     `latched` is the interrupt register, `enabled` what may get in there. `active` is True while INT is (low on
-    the pin). `handler` is called when INT becomes active; an edge that comes while it runs is told by another call
-    when it returns, if INT is still active then.
+    the pin). `handler` is called when INT becomes active; an edge that comes while it runs causes another call
+    after it returns, if INT is still active then.
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class Interrupts:
         self._edge = False
 
     def request(self, bits: int) -> None:
-        """Something happened; `settle` is to follow."""
+        """Latch an interrupt; the caller then calls `settle`."""
         self.latched |= bits & self.enabled
 
     def level(self, stored: bool) -> None:

@@ -9,7 +9,7 @@ Interpretations [INT] where the data sheet is silent:
 - Beside errors in frames, ECC captures bit errors in active error and overload flags, and every eighth dominant bit
   that is tolerated behind a flag (form error, 0x13); the first dominant bit behind a flag only counts.
 - A sender that sees a dominant bit in a delimiter or in EOF captures a bit error, a receiver a form error, even where
-  it was about to tell of a wrong CRC.
+  it was about to report a wrong CRC.
 - RXERR stops at 255, and is 127 after a reception that finds it above.
 - At the end of bus-off there is EI, but no EPI.
 """
@@ -88,11 +88,11 @@ class BusSide(Node):
         self.frames_sent = 0
         self.errors = 0
         self._box = Mailbox()
-        self._spare = Mailbox()  # so that a frame that is loaded anew is never taken for the one on the wire
+        self._spare = Mailbox()  # so that a newly loaded frame is never taken for the one on the wire
         self._self_reception = False
         self._alc_free = True
         self._ecc_free = True
-        self._inside = 0  # the bus is calling: it need not be told of an offer
+        self._inside = 0  # the bus is calling: an offer needs no `poll`
 
     # the bus's calls
 
@@ -232,7 +232,7 @@ class BusSide(Node):
         self.interrupts.request(_TI)
 
     def _settle(self) -> None:
-        """The call is dealt with: now whoever waits for INT may read and write registers."""
+        """The call is complete: now the handler of INT may read and write registers."""
         try:
             self.interrupts.settle()
         finally:

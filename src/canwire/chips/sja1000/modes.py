@@ -5,8 +5,8 @@ Source: data sheet 6.3.2, 6.4.1 to 6.4.3, tables 2 and 11; reference/sja1000.md 
 Interpretations [INT] where the data sheet is silent:
 - Sleep cannot be asked for before bus-free was seen; a pending transmission counts as bus activity. A chip that has
   been woken waits for 11 recessive bits with TS = RS = 1, as after reset.
-- Recovery from bus-off goes on where it stood when reset mode was entered in the middle of it.
-- BS cleared by a write to TXERR is told by EI when reset mode is left.
+- Recovery from bus-off that reset mode interrupts continues afterwards with the same count.
+- BS cleared by a write to TXERR is reported by EI when reset mode is left.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _VIEWS = [view(pelican, resetting) for pelican in (False, True) for resetting in
 
 
 class Modes(BusSide):
-    """What mode the chip is in, and which view of its registers that gives.
+    """The chip's mode, and the view of its registers in that mode.
 
     `oscillator_ppm`, how far the crystal is off, takes effect when reset mode is left next. `power_up_cdr` is what a
     hardware reset leaves in CDR.
@@ -70,7 +70,7 @@ class Modes(BusSide):
         self.interrupts.settle()
 
     def pull_interrupt(self) -> None:
-        """Somebody else pulls the INT line: a sleeping chip wakes."""
+        """Another device pulls the INT line: a sleeping chip wakes up."""
         if self.asleep:
             self._wake()
             self.interrupts.settle()
@@ -79,7 +79,7 @@ class Modes(BusSide):
         self.pull_interrupt()
 
     def _sleep(self) -> None:
-        """Stop, unless there is something to do: then WUI at once."""
+        """Sleep; with bus activity, a pending interrupt or transmission request WUI instead."""
         if not self.on_bus or self.bus is None:
             return
         if self.interrupts.active or self.offer is not None or not self.bus.idle():
@@ -102,7 +102,7 @@ class Modes(BusSide):
     # reset mode
 
     def _leave_bus(self) -> None:
-        """At once, in the middle of a bit if need be; requests are gone."""
+        """Leave the bus immediately, in the middle of a bit if need be; requests are discarded."""
         if self.bus is not None:
             self.bus.interrupt()
         self.asleep = self.on_bus = False

@@ -1,4 +1,4 @@
-"""What is to happen on a wire: at a place, as often as a node gets there, or once, at a time."""
+"""Disturbances of a wire: at a place, each time that a node gets there, or once at a given time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Disturbances on purpose: bits that somebody reads wrong, noise, a short, a node cut off.
+"""Disturbances on purpose: bits that some nodes read wrong, noise, a short, a node cut off.
 
 `Faults` decides which bits are disturbed and for whom; bus.py asks it before it skips over a frame, and
 bit_level.py at every bit that the sender drives. What follows (error frames, counters, repetition) is the bus's.
@@ -57,7 +57,7 @@ class Noise(Scripted):
 
 
 class Faults(Forcing):
-    """Everything that goes wrong on one bus, by script or by chance; what levels are forced stands in forcing.py.
+    """Everything that goes wrong on one bus, by script or by chance; forcing.py has the forced levels.
 
     `inverts`, where there is one, is asked about each bit that noise is about to invert, with words for it.
     """
@@ -130,7 +130,7 @@ class Faults(Forcing):
     ) -> Fault:
         """Provoke one kind of error in matching frames: "stuff", "form", "crc", "bit" or "ack".
 
-        The receivers see a stuff, form or CRC error, the sender a bit or acknowledge error; everybody sees the
+        The receivers see a stuff, form or CRC error, the sender a bit or acknowledge error; all nodes see the
         error frame.
         """
         if error not in INJECTED:
@@ -139,7 +139,7 @@ class Faults(Forcing):
         return self.flip(bit=error, frame_id=frame_id, extended=extended, times=times, seen_by=seen_by)
 
     def noise(self, bit_error_rate: float) -> Scripted:
-        """From now on, everybody reads each bit of a frame wrong with this probability (0 ends it)."""
+        """From now on, all nodes read each bit of a frame wrong with this probability (0 ends it)."""
         self._check_rate(bit_error_rate)
         for noise in [*self._noises]:
             noise.cancel()

@@ -64,7 +64,7 @@ class Forcing:
         """Hold the bus "dominant" or "recessive" for so many bits, from a place or a time in ns on (None: from now).
 
         `bits` None: until it is cancelled. `seen_by`: "all" (it is on the wire then, and in a trace), "receivers",
-        "sender", one node or several. `times`: as often as the place comes (None: for ever).
+        "sender", one node or several. `times`: how often it strikes at the place (None: no limit).
         """
         if bits is not None and (not isinstance(bits, int) or bits < 1):
             raise BadValue(f"bits {bits!r}: at least 1, or None until it is cancelled")
@@ -121,7 +121,7 @@ class Forcing:
         )
 
     def forget_placed(self) -> None:
-        """Nothing more is to happen at places."""
+        """Cancel all disturbances at places."""
         for placed in [*self._placed]:
             placed.cancel()
 
@@ -152,7 +152,7 @@ class Forcing:
     ) -> Scripted:
         viewers = self._viewers(seen_by)
         if times is not None and times < 1:
-            raise BadValue(f"times {times}: at least 1, or None for ever")
+            raise BadValue(f"times {times}: at least 1, or None for no limit")
         with self._touch():
             if isinstance(at, Place):
                 placed = Disturbance(at, shape, viewers, times=times, remove=self._forget_place)
@@ -248,7 +248,7 @@ class Forcing:
             self._bus.bits.pinned = False
 
     def _follow(self, sender: Node) -> None:
-        """This node is the sender now, as far as anybody can tell."""
+        """This node is the sender now, for everything that can be observed."""
         self._sender = sender
         self._frame = None if sender.contending is None else frame_of_record(sender.contending.block)
         self._aim()

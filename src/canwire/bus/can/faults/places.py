@@ -99,7 +99,7 @@ def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> di
 class Progress:
     """Where one node is: the part that its present bit belongs to, and which bit of it that is.
 
-    With the clock of a node that nobody has watched so far, as much of that as it knows itself.
+    For a node that was not watched before, it starts from the state of the node's clock.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
@@ -129,7 +129,7 @@ def _delimiter(overload: bool) -> str:
 
 
 def _full(state: int) -> int:
-    """What `left` is in the first bit of an active flag: one may follow another at once."""
+    """What `left` is in the first bit of an active flag: one may follow another directly."""
     return 6 if state in (station.ACTIVE_FLAG, station.OVERLOAD_FLAG) else -1
 
 
