@@ -1,4 +1,4 @@
-"""The time that a run may take: it is ended in the thread that plays it, or else its process is."""
+"""The time limit of a run: an exception ends the run in its thread; if that fails, its process is ended."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ MOST_S = 1e6
 
 
 class TooLong(BaseException):
-    """Raised in a run that has taken longer than it may. No Exception: scripts catch those."""
+    """Raised in a run that exceeds its time limit. It is not an Exception, because scripts catch those."""
 
 
 def limit_of(seconds: float | None) -> float | None:
-    """Seconds a run may take, 0.001 to 1,000,000, None: any; raises BadValue."""
+    """The time limit of a run in s, 0.001 to 1,000,000 (None: no limit); raises BadValue."""
     if seconds is not None and not 0.001 <= seconds <= MOST_S:
         raise BadValue(f"time limit {seconds}: 0.001 to 1,000,000 seconds for each run")
     return seconds
@@ -28,10 +28,10 @@ def limit_of(seconds: float | None) -> float | None:
 
 @contextlib.contextmanager
 def at_most(limit_s: float | None) -> Iterator[None]:
-    """What runs in this thread is ended by TooLong after so many seconds (None: never).
+    """Raise TooLong in this thread after `limit_s` seconds (None: never).
 
-    That comes between two steps of Python: compiled code that never returns to it is not ended, which is what
-    `process_at_most` is for.
+    The exception is raised between two bytecodes: compiled code that does not return to Python is not ended. For such
+    code use `process_at_most`.
     """
     if limit_s is None:
         yield
@@ -45,7 +45,7 @@ def at_most(limit_s: float | None) -> Iterator[None]:
 
 @contextlib.contextmanager
 def process_at_most(limit_s: float | None, grace_s: float = GRACE_S) -> Iterator[None]:
-    """This process ends if what runs in it is not over after so many seconds and `grace_s` (None: never)."""
+    """End this process if the code inside is not over after `limit_s` plus `grace_s` seconds (None: never)."""
     if limit_s is None:
         yield
         return
@@ -58,7 +58,7 @@ def process_at_most(limit_s: float | None, grace_s: float = GRACE_S) -> Iterator
 
 
 class _Watch:
-    """Over the thread that makes it, until `end`."""
+    """Watches the thread that makes it, until `end`."""
 
     def __init__(self, limit_s: float) -> None:
         self._lock = threading.Lock()
@@ -69,10 +69,10 @@ class _Watch:
         self._timer.start()
 
     def end(self) -> None:
-        """Nothing is raised from now on; what is to be raised already is raised here.
+        """Stop watching; an exception that is already pending is raised here.
 
-        It must not be taken back: CPython 3.11 then goes on looking for it at each step of every thread, for ever,
-        and under a profiler goes no further.
+        A pending exception must not be cancelled: CPython 3.11 then checks for it at each bytecode of every thread
+        without end, and hangs under a profiler.
         """
         self._timer.cancel()
         with self._lock:
@@ -89,4 +89,4 @@ class _Watch:
 
 
 def _step() -> None:
-    """Where the interpreter looks for what it is to raise: at the call."""
+    """A call, at which the interpreter checks for a pending exception."""
