@@ -63,7 +63,7 @@ class Journal:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise BadValue(
-                f"{self.path}: another program plays a campaign with these results: wait for its end, or name another file"
+                f"{self.path}: another program plays a campaign with these results: wait for it, or name another file"
             ) from None
 
     def _read(self, heading: dict[str, object]) -> None:
@@ -91,12 +91,12 @@ class Journal:
         except ValueError:
             found = None
         if not isinstance(found, dict) or "journal" not in found:
-            raise BadValue(f"{self.path}: not a journal of a campaign: remove it, or name another file of results")
+            raise BadValue(f"{self.path}: not a journal of a campaign: remove it, or name another file")
         other = [key for key, value in heading.items() if found.get(key) != value]
         if other:
             raise BadValue(
                 f"{self.path} has runs of a campaign that was not over, with another "
-                f"{', another '.join(other)}: remove it to start from the beginning, or name another file of results"
+                f"{', another '.join(other)}: remove it to start from the beginning, or name another file"
             )
 
 

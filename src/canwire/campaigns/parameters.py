@@ -93,7 +93,7 @@ class Space:
 
 def _ordered(low: float, high: float) -> tuple[float, float]:
     if low > high:
-        raise BadValue(f"from {low:g} to {high:g}: no value lies between them")
+        raise BadValue(f"from {low:g} to {high:g}: nothing lies between them")
     return low, high
 
 
