@@ -1,4 +1,4 @@
-"""A limit of time for somebody else's parser, which looks at no clock itself."""
+"""A time limit for third-party parsers, which do not limit their time themselves."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class _OverError(BaseException):
 
 @contextmanager
 def time_limit(seconds: float, error: Callable[[], Exception]) -> Iterator[None]:
-    """Raises this error where what is done inside takes longer; within one call of C's it waits for that to end.
+    """Raise this error if the code inside takes longer. A call into C code is interrupted only after it returns.
 
-    A thread watches the clock; another Python than CPython has no such limit.
+    A thread watches the clock. The limit works on CPython only.
     """
     watch = _Watch(threading.get_ident(), seconds)
     try:
