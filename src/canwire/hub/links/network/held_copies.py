@@ -1,4 +1,4 @@
-"""A client's copies of rings, by the handle that they belong to."""
+"""The copies of rings of a client, by the handle that they belong to."""
 
 from __future__ import annotations
 

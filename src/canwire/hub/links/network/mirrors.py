@@ -70,7 +70,7 @@ class Outgoing:
 
     @property
     def unconfirmed(self) -> bool:
-        """Something was sent that has not come, as far as is known."""
+        """Whether something was sent that is not known to have arrived."""
         return self._sent != self._received
 
     def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
@@ -118,12 +118,12 @@ class Outgoing:
 
     @property
     def wanted(self) -> int:
-        """How much the copy's reader has to have taken for the program to be told, 0: nobody waits for that."""
+        """The position that the copy's reader must reach before the program is notified; 0: it does not wait."""
         goal = self._ring.free_wanted
         return goal and goal - self._origin
 
     def want(self, taken: int, goal: int) -> bool:
-        """The copy's reader has taken so many, and is to be told at so many written (0: never); are they here?"""
+        """The copy's reader is at `taken`, and is notified at `goal` written (0: never); returns whether they are."""
         self.acknowledge(Report(self.number, taken, taken, False))
         with self._lock:
             if goal == 0:

@@ -1,4 +1,4 @@
-"""What moves records between the rings of one end of a link and the other end: one thread, which nobody waits for."""
+"""Moves records between the rings of one end of a link and the other end, in one thread that blocks no other."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Pump:
 
     @property
     def silent_ns(self) -> int:
-        """How long either end has not heard the other one, as far as this one knows."""
+        """How long either end has received nothing from the other one, to the knowledge of this end."""
         return max(time.monotonic_ns() - self.heard_ns, self._unheard_ns)
 
     def wake(self) -> None:
@@ -230,7 +230,7 @@ class Pump:
         return wait if RECHECK_S is None else min(wait, RECHECK_S)
 
     def _send_all(self, now_ns: int, *, at_once: bool = False) -> None:
-        """What was taken here is told before what is sent: who makes room and then sends finds that room there."""
+        """Report the records taken here before sending others, so that the other end knows of the new room first."""
         left = True
         while left:
             left = False

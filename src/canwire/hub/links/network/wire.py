@@ -1,4 +1,4 @@
-"""What the two ends of a network link say to each other, as bytes.
+"""The payloads that the two ends of a network link exchange, as bytes.
 
 Positions count records from when a ring was opened; a position is the number of records before it. Each payload begins
 with its kind; numbers are little-endian.
@@ -28,11 +28,11 @@ _MOST = 32  # of them
 NOTES = 0  # the number of what is no ring: notices, in their order
 CLOCK = (1 << 32) - 3  # of no ring: in a sign of life, its sender's clock in ns
 SILENCE = (1 << 32) - 2  # of no ring either: in a sign of life, for how many ns its sender has heard nothing
-STIRS = (1 << 32) - 1  # and of another: how often a timed program was told to look again
+STIRS = (1 << 32) - 1  # and of another: how often a timed program was woken to check again
 
 
 class Report(NamedTuple):
-    """How far the copy of a ring is: records that came, records taken out; `again`: send anew from `received` on."""
+    """How far the copy of a ring is: records that came, records taken out; `again`: send again from `received` on."""
 
     ring: int
     received: int

@@ -39,10 +39,10 @@ _LONGEST_NAME = 64
 
 
 class Connection:
-    """Everything here runs in the engine's thread. Whatever goes wrong ends this connection only.
+    """One client. Everything here runs in the engine's thread. An error ends only this connection.
 
-    A request that means nothing is answered with Failed, and then the connection is closed. Who may come in, and how
-    descriptors and the doorbell travel, is for subclasses.
+    An invalid request is answered with Failed, and then the connection is closed. Subclasses define which callers are
+    accepted, and how descriptors and the doorbell are passed.
     """
 
     process = 0  # who is at the other end, 0 where nobody tells
@@ -275,7 +275,7 @@ class Connection:
             self._engine.watch(self._connection, self._readable, self._flush if self._stuck else None)
 
     def _refuse(self, serial: int, error: CanwireError) -> None:
-        """Say what was wrong, as far as the client takes it, and hang up."""
+        """Send the error, if the client still receives, and close the connection."""
         self._requests.clear()
         with contextlib.suppress(HubError, OSError):  # it is closed anyway
             self._outbox.put(encode_reply(serial, failed(error)))

@@ -1,4 +1,4 @@
-"""Callers that have not said who they are: each has a limit of time, and has to go where descriptors run out."""
+"""Callers that have not sent a greeting: each has a time limit, and is closed if descriptors run out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What waits to be sent on a socket that must not block: bytes, and descriptors beside their first byte."""
+"""Messages that wait to be sent on a non-blocking socket: bytes, and descriptors with their first byte."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hub's end of a listening socket: it lets clients in, each with a connection of its own."""
+"""The listening socket of a hub: it accepts clients, each with a separate connection."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class StreamServer:
         raise NotImplementedError
 
     def _came(self, caller: socket.socket) -> None:
-        """Somebody called: `let_in` a connection, at once or once the caller has shown who it is."""
+        """A program called: `let_in` a connection, immediately or once the caller is authenticated."""
         raise NotImplementedError
 
     # for everybody
@@ -105,7 +105,7 @@ class StreamServer:
             self._spare_again()
 
     def _turn_away(self) -> None:
-        """No descriptors left: without this the caller would ring for ever."""
+        """No descriptors are left: without this the call would stay pending without end."""
         self._spare.close()
         with contextlib.suppress(OSError):  # it has gone by itself, or somebody took the spare one
             caller, _ = self._listener.accept()

@@ -1,4 +1,4 @@
-"""A link over a Unix socket: the hub's descriptors come beside its replies."""
+"""A link over a Unix socket: the hub's descriptors arrive with its replies."""
 
 from __future__ import annotations
 

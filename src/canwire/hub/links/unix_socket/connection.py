@@ -1,4 +1,4 @@
-"""One client on a Unix socket: the system says whose it is, and passes descriptors on."""
+"""One client on a Unix socket: the system reports its user, and passes descriptors on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hub's clients whose connection is gone: each may be back for a while."""
+"""Clients of a hub whose connection is gone: each may return within a limited time."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from canwire.hub.links.network.cuts.silence import was_cut
 
 
 class Absent:
-    """Who is away, and until when that is borne. No clock: times in s are handed in; the caller sees to threads.
+    """The absent clients, and until when each may return. No clock: times in s are arguments. Not thread-safe.
 
-    A connection that was closed is borne for `grace_s`, one that was cut for `cut_s` after `lease_s` of silence.
+    A client may return for `grace_s` after its connection was closed, or for `cut_s` after a cut was noticed by
+    `lease_s` of silence.
     """
 
     def __init__(self, lease_s: float, grace_s: float, cut_s: float) -> None:

@@ -1,4 +1,4 @@
-"""When a client gives a hub up whose connection is gone: soon, unless the way to it was cut before that."""
+"""When a client treats a hub as lost after its connection has ended: soon, or later if the network was cut before."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Breaks:
     def gone(self, now_ns: int, heard_ns: int, silent_ns: int) -> None:
         """The connection is; the hub was heard of then, and either end had not heard the other one for `silent_ns`.
 
-        A process that ended says so at once, by its system; where there was silence before, the other end may be back.
+        The system reports the end of a process immediately; after a silence, the other end may return.
         """
         if self.due_ns(heard_ns) is None:
             cut = was_cut(silent_ns, self._patience.lease_s)

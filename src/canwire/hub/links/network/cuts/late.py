@@ -1,4 +1,4 @@
-"""One client's commands that came too late: refused, counted, and told in a line for all of a moment."""
+"""Late commands of one client: refused, counted, and reported in one line for several of them."""
 
 from __future__ import annotations
 

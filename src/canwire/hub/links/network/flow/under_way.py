@@ -1,4 +1,4 @@
-"""One ring's payloads that are under way, and commands that wait to be. No I/O, time handed in."""
+"""The payloads of one ring that are in transit, and commands that wait to be sent. No I/O; times are arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class _Sent(NamedTuple):
 
 
 class UnderWay:
-    """What was sent and has not come, as far as is known."""
+    """The payloads that were sent and are not known to have arrived."""
 
     def __init__(self, way: Way) -> None:
         self._way = way
@@ -42,7 +42,7 @@ class UnderWay:
                 self._way.came(last_ns, now_ns)
 
     def forget(self) -> None:
-        """It is sent anew, or not at all."""
+        """Forget all payloads: they are sent again, or not at all."""
         self._way.gone(sum(one.size for one in self._sent), len(self._sent))
         self._sent.clear()
 

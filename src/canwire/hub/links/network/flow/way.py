@@ -1,8 +1,8 @@
-"""What one end knows of the way to the other: how much may be under way on it, and how long small batches wait.
+"""Flow control in one direction: how many bytes may be in transit, and how long small batches wait.
 
-What waits in a slow network waits in front of calls and signs of life. So no more is under way than comes within a
-moment: batches that took longer than the quickest ones by more than that make the window smaller, and it grows while
-it is full and they do not. On a way that was found slow, batches are larger and squeezed.
+Data that queue in a slow network delay the calls and signs of life after them. So the window limits the bytes in
+transit: it shrinks if batches take longer than the fastest ones by more than QUEUE_NS, and it grows while it is full
+and they do not. On a slow network, batches are larger and compressed.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Way:
             self._under_way += size + _HEAD
 
     def gone(self, size: int, payloads: int) -> None:
-        """So many bytes are no longer: they came, or are sent anew."""
+        """This number of bytes has left the window: they arrived, or are sent again."""
         with self._lock:
             self._under_way -= size + payloads * _HEAD
 

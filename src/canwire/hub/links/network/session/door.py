@@ -1,4 +1,4 @@
-"""What a bare TCP connection finds at an endpoint: how far away it is, and why somebody may not have come in."""
+"""Probes an endpoint with a plain TCP connection: the round-trip time, and why a client may have been refused."""
 
 from __future__ import annotations
 
