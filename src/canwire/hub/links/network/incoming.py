@@ -100,7 +100,7 @@ class Incoming:
             return self.received - self._told_received >= self._worth_telling
 
     def sent(self, position: int) -> None:
-        """The other end has sent so much, and wants to know."""
+        """The other end has sent records up to `position`, and requests a report."""
         with self._lock:
             self._asked = True
             self._missing |= position > self.received
@@ -124,7 +124,7 @@ class Incoming:
             return made
 
     def arm(self, now_ns: int) -> int | None:
-        """Have the ring's other event signalled when there is something to tell; when to look without it."""
+        """Arm the ring's other event for something to report. Returns when to check without the event."""
         with self._lock:
             free = self._ring.free()
             fresh = self._ring.taken - self._origin - self._told_taken

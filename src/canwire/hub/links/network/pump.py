@@ -29,10 +29,10 @@ _WATCH_NS = 20_000_000  # between two looks at FIFOs that are only looked at
 
 
 class Pump:
-    """`send` takes a payload for the other end, drops it rather than wait, and may be called from any thread.
+    """Moves records. `send` sends a payload, drops it rather than wait, and may be called from any thread.
 
-    `take` gets what comes from there, in order or not, some of it twice or never: nothing of it is lost for good.
-    `healthy` says whether signs of life are to be given.
+    `take` is called with the payloads of the other end, in any order; if some arrive twice or never, no record is lost.
+    `healthy` returns whether to send signs of life.
     """
 
     def __init__(
@@ -87,12 +87,12 @@ class Pump:
         self._wake.signal()
 
     def flush(self) -> None:
-        """Send what is there now, and what was taken here: what is said next comes behind it."""
+        """Send all new records, and report those taken here, before the next call."""
         with self._sending:
             self._send_all(time.monotonic_ns(), at_once=True)
 
     def written(self) -> tuple[tuple[int, int], ...]:
-        """Where the writers of outgoing rings are now."""
+        """The positions of the writers of outgoing rings."""
         return tuple((one.number, one.written) for one in self._moved.senders.values())
 
     def mirrors(self) -> tuple[Mirror, ...]:
@@ -124,7 +124,7 @@ class Pump:
         return self._have(positions)
 
     def take(self, payload: bytes) -> None:
-        """What came from the other end; raises BadMessage. Never waits."""
+        """Accept a payload of the other end; raises BadMessage. Never waits."""
         self.heard_ns = time.monotonic_ns()
         kind = payload[0] if payload else 0
         if kind in wire.BATCHES:
@@ -145,7 +145,7 @@ class Pump:
             raise BadMessage(f"a message of kind {kind}: 1 to 4, or {wire.TOGETHER} to {wire.SQUEEZED}")
 
     def close(self) -> None:
-        """End, and let go of every ring; a second time does nothing."""
+        """End, and release all rings; a second call does nothing."""
         if self._stopping:
             return
         self._stopping = True

@@ -105,7 +105,7 @@ class StreamLink:
         self.doorbell.signal()
 
     def close(self) -> None:
-        """Hang up; the hub then takes back what was held. A second time does nothing."""
+        """Close the connection; the hub then takes back all leases. A second call does nothing."""
         if self._pid != os.getpid():
             self.leave_to_parent()
             return
@@ -123,7 +123,7 @@ class StreamLink:
             self._doorbell.close()
 
     def leave_to_parent(self) -> None:
-        """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
+        """In a fork: close this copy of the connection, so that it ends with the process that made it."""
         self._lost = True
         self._socket.close()
 

@@ -15,7 +15,7 @@ _CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
 
 
 class SocketLink(StreamLink):
-    """`address` is the socket's path."""
+    """A link to the hub at the path `address`."""
 
     _dial = staticmethod(dial)
 

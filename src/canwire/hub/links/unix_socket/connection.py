@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SocketConnection(Connection):
-    """For this user's programs and root's."""
+    """A client that belongs to this user or to root."""
 
     def __init__(
         self, engine: Engine, connection: socket.socket, closed: Callable[[Connection], object]

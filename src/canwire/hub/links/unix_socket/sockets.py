@@ -46,14 +46,14 @@ def listen_at(path: str) -> socket.socket:
 
 
 def remove(path: str, identity: tuple[int, int]) -> None:
-    """Remove a socket's file, unless somebody else has put another one there since."""
+    """Remove the file of a socket, unless another hub has replaced it since."""
     with contextlib.suppress(FileNotFoundError):
         if identity_of(path) == identity:
             os.unlink(path)
 
 
 def identity_of(path: str) -> tuple[int, int]:
-    """What tells a file from a later one at the same path."""
+    """An identity that distinguishes a file from a later one at the same path."""
     state = os.lstat(path)
     return state.st_dev, state.st_ino
 
@@ -113,9 +113,9 @@ def _check_room(path: str) -> None:
 
 
 def _appear(listener: socket.socket, path: str) -> None:
-    """The socket comes to its path when it listens already: a caller that sees the file is never refused.
+    """Move the listening socket to its path; a caller that finds the file is therefore never refused.
 
-    It replaces what a dead hub left there. The directory is locked, so the name meanwhile is nobody else's.
+    It replaces the file of a dead hub. The directory is locked, so no other hub uses the temporary name.
     """
     meanwhile = os.path.join(os.path.dirname(path), _MEANWHILE)
     if max(len(os.fsencode(path)), len(os.fsencode(meanwhile))) > _LONGEST_PATH:

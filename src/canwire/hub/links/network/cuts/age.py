@@ -20,14 +20,14 @@ class OtherClock:
         self._heard_ns = 0
 
     def heard(self, other_ns: int, now_ns: int) -> None:
-        """The other end's time as it was sent, and when it came."""
+        """A message of the other end: its time there when it was sent, and the time here when it arrived."""
         ahead_ns = other_ns - now_ns
         if self._ahead_ns is not None:
             ahead_ns = max(ahead_ns, self._ahead_ns - (now_ns - self._heard_ns) // _DRIFT)
         self._ahead_ns, self._heard_ns = ahead_ns, now_ns
 
     def stamp(self, now_ns: int) -> int:
-        """What happens now; 0 as long as the other end has not said its time."""
+        """The stamp of the present moment; 0 until the other end has sent its time."""
         return 0 if self._ahead_ns is None else (now_ns + self._ahead_ns) // _NS % _SPAN or 1
 
 
@@ -38,7 +38,7 @@ class Age:
         self.limit_s = limit_s
 
     def over_s(self, stamp: int, now_ns: int) -> float:
-        """How old a command of this stamp is by the hub's clock; 0 if that is within the limit."""
+        """The age in s of a command with this stamp; 0 if it is within the limit."""
         age_ms = (now_ns // _NS - stamp) % _SPAN
         if not stamp or not self.limit_s or age_ms >= _SPAN // 2:
             return 0.0

@@ -23,9 +23,9 @@ _NEVER = 1 << 62
 
 
 class Way:
-    """Shared by all rings of a link that are sent; it begins with `limit` bytes.
+    """The window that all outgoing rings of a link share; it starts with `limit` bytes.
 
-    No clock: times in ns are handed in; any thread may call.
+    No clock: times in ns are arguments; any thread may call.
     """
 
     def __init__(self, limit: int = FIRST) -> None:
@@ -40,7 +40,7 @@ class Way:
         self._crowd_ns = 0
 
     def shared_with(self, clients: int) -> None:
-        """So many clients are served by this process."""
+        """Set the number of clients that this process serves."""
         self._crowd_ns = max(0, clients - _FEW) * _MORE_NS
 
     @property
@@ -50,7 +50,7 @@ class Way:
 
     @property
     def at_once(self) -> int:
-        """So many small batches do not, within that time."""
+        """The number of small batches within that time that need not wait."""
         return 1 if self.slow or self._crowd_ns else AT_ONCE
 
     def room(self) -> int:
@@ -63,16 +63,16 @@ class Way:
 
     @property
     def asks(self) -> bool:
-        """The other end should say soon what has come."""
+        """Whether the other end should report soon what has arrived."""
         return self.slow or (self._full and self._limit < WINDOW)
 
     def waits(self) -> bool:
-        """Something had no room; said once."""
+        """Whether something had no room; True only once."""
         found, self._waits = self._waits, False
         return found
 
     def sent(self, size: int) -> None:
-        """A payload of so many bytes is under way."""
+        """A payload of this size in bytes is in transit."""
         with self._lock:
             self._under_way += size + _HEAD
 
@@ -82,7 +82,7 @@ class Way:
             self._under_way -= size + payloads * _HEAD
 
     def came(self, sent_ns: int, now_ns: int) -> None:
-        """What was sent then has come."""
+        """The payload that was sent at `sent_ns` has arrived."""
         took_ns = max(0, now_ns - sent_ns)
         with self._lock:
             queue_ns = took_ns - self._quickest(took_ns, now_ns)

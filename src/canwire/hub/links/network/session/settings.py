@@ -35,8 +35,8 @@ Settings = dict[str, Any]
 
 
 class Patience(NamedTuple):
-    """How long silence is borne: by a call, by the link while its connection is broken or given up as silent, and by
-    one that connects."""
+    """How long silence is tolerated: by a call, by a link whose connection is broken or was dropped as silent, and by
+    a connection attempt."""
 
     call_s: float = 1.7
     broken_s: float = 1.5
@@ -46,7 +46,7 @@ class Patience(NamedTuple):
 
 
 def load_zenoh() -> Any:
-    """The library; raises ExtraMissing. It takes 20 ms, which only who uses the network should pay."""
+    """The library, loaded on first use because that takes 20 ms; raises ExtraMissing."""
     try:
         import zenoh
     except ImportError:
@@ -55,7 +55,7 @@ def load_zenoh() -> Any:
 
 
 def usual(lease_s: float) -> Settings:
-    """What both ends have in common."""
+    """The settings that both ends have in common."""
     queue = "transport/link/tx/queue/congestion_control"
     return {
         "scouting/multicast/enabled": False,  # otherwise every machine of the network gets announcements and requests
@@ -110,7 +110,7 @@ def for_hub(
 
 
 def for_router(listen: tuple[str, ...], access: Access, lease_s: float = LEASE_S) -> Settings:
-    """A router that asks everybody who they are: users, as at a hub, and the hubs themselves by [router]'s name."""
+    """A router that authenticates all connections: of users, as at a hub, and of hubs by the name in [router]."""
     return {**usual(lease_s), "mode": "router", "listen/endpoints": list(listen), **_asking(access)}
 
 
@@ -216,7 +216,7 @@ def _passwords(access: Access) -> dict[str, str]:
 
 
 def open_for_client(settings: Settings) -> Any:
-    """Raises HubLost where nobody answers, or nobody lets this one in."""
+    """A program's session; raises HubLost if no hub or router answers or admits this program."""
     zenoh = load_zenoh()
     endpoint = settings["connect/endpoints"][0]
     far_ms = round(1000 * _ROUNDS * round_trip_s(endpoint))
