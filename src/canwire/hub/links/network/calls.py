@@ -75,7 +75,7 @@ def answered_in(payload: bytes) -> Answered:
 
 
 def refused(payload: bytes, error: CanwireError) -> bytes:
-    """An answer for somebody whose call is not carried out."""
+    """The answer to a call that is not carried out."""
     try:
         serial = serial_in(asked_in(payload).request)
     except BadMessage:

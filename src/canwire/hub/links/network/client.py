@@ -260,7 +260,7 @@ class NetworkLink:
             self._broken.replaced("it was started again")
 
     def _connected_or_not(self, event: Any) -> None:
-        """The connection to the hub or a router: without it nobody tells of tokens."""
+        """The connection to the hub or a router changed; without it, changes of tokens are not reported."""
         if event.kind == self._zenoh.SampleKind.DELETE:
             self._broken.gone()
         else:

@@ -173,7 +173,7 @@ class Guest:
             self._answer(asked, failed(HubError(f"the hub's network side failed at this request: {error!r}")))
 
     def _begin(self, asked: Asked, link: StreamLink) -> None:
-        """Ask the hub in this very thread, and answer in the one that hears it: each other thread costs a wake-up.
+        """Call the hub in this thread, and answer in the receiving one: each further thread costs a wake-up.
 
         It waits for nothing: what the client sent before has come, and the socket has room for `_ROOM` bytes.
         """
@@ -262,7 +262,7 @@ class Guest:
                 self.pump.add(mirror, *events)
 
     def _answer(self, asked: Asked, reply: m.Message, rings: Positions = (), begun: Positions = ()) -> None:
-        """To everybody who asked; behind everything that the client's queues hold by now."""
+        """Answer each repetition of the call, after everything that the client's queues hold by now."""
         positions = self.pump.written() + begun
         self.pump.flush()
         taken = self._places.taken(self.pump.mirrors())

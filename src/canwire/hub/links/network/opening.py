@@ -85,7 +85,7 @@ def _queues_here(
 
 
 class Also:
-    """An event, and who else is to know when it is signalled."""
+    """An event, and a function that is also called when it is signalled."""
 
     def __init__(self, event: EventDescriptor, told: Callable[[], object]) -> None:
         self._event = event

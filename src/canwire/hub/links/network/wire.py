@@ -41,7 +41,7 @@ class Report(NamedTuple):
 
 
 class Count(NamedTuple):
-    """A FIFO that is only looked at: its counters, and how often the one who says so has put something in."""
+    """A FIFO that is only monitored: its counters, and how many elements the sender of this has put in."""
 
     ring: int
     written: int
@@ -137,7 +137,7 @@ def farewell_in(payload: bytes) -> str:
 
 
 def call(asked: bytes) -> bytes:
-    """A call for the first time: a query takes twice as long, but tells when nobody knows this client any more."""
+    """The first attempt of a call: a query takes twice as long, but shows if the hub no longer knows this client."""
     return bytes((CALL,)) + asked
 
 

@@ -78,7 +78,7 @@ class Places:
             self._link.call(m.Stir())
 
     def taken(self, mirrors: Iterable[object]) -> Positions:
-        """What an answer tells of the hub's side of the rings."""
+        """The hub's positions in the rings, for an answer."""
         return ring_states.taken(mirrors) if self.timed else ()
 
     def stir(self) -> None:
@@ -88,7 +88,7 @@ class Places:
         self._link.doorbell.signal()
 
     def lost(self) -> None:
-        """The link has ended: nobody waits any longer."""
+        """The link has ended: end all waits."""
         for page in list(self._pages.values()):
             page.end()
 

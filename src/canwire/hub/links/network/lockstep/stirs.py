@@ -21,7 +21,7 @@ class OutgoingStirs:
         self.written = self.sent = self._received = 0
 
     def stir(self) -> None:
-        """From anywhere, without a lock: of two that meet here, one tells of both."""
+        """Count a wake-up, from any thread, without a lock: two at the same time may count as one."""
         self.written += 1
 
     @property

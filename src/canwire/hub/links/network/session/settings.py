@@ -166,7 +166,7 @@ def check_reach(
 
 
 def _check_routers(listen: tuple[str, ...], via: tuple[str, ...], access: Access) -> None:
-    """With a list, the hub asks who somebody is, or the router does."""
+    """With an access list, either the hub or the router authenticates users, not both."""
     if via and listen:
         raise BadValue(
             f"{via[0]} and {listen[0]} with --access: behind a router it is the router that asks who somebody is; "
@@ -209,7 +209,7 @@ def open_for_hub(settings: Settings, access: Access | None) -> Any:
 
 
 def _passwords(access: Access) -> dict[str, str]:
-    """Of everybody who may come in by one."""
+    """The passwords of all users that have one."""
     found = {name: user.password for name, user in access.users.items() if user.password}
     own = access.router
     return found | ({own.user: own.password} if own is not None and own.password else {})
@@ -246,7 +246,7 @@ def _rule(name: str, messages: list[str], key: str) -> Settings:
 
 
 def _told_by(user: User | Router) -> str:
-    """What says who somebody is: a password, or the name in a certificate."""
+    """How a user is identified: by a password, or by the name in a certificate."""
     return "usernames" if user.password else "cert_common_names"
 
 
