@@ -130,7 +130,7 @@ def test_runs_of_another_campaign_are_not_mixed_in_nor_lost(
 def test_a_file_that_is_no_journal_stays(steps: Path, tmp_path: Path, text: str) -> None:
     table = tmp_path / "t.csv"
     journal_of(table).write_text(text)
-    with pytest.raises(BadValue, match="no journal of a campaign"):
+    with pytest.raises(BadValue, match="not a journal of a campaign"):
         run_campaign(steps, results=table)
     assert journal_of(table).read_text() == text
 

@@ -101,7 +101,7 @@ def test_another_users_file_is_refused(place: Path, monkeypatch: pytest.MonkeyPa
     ["precious", pytest.param("../" + NAME + "x", id="above"), f"canwire-1-{'g' * 32}.ring", "canwire.sock"],
 )
 def test_other_names_are_not_even_looked_at(place: Path, name: str) -> None:
-    with pytest.raises(PermissionError, match="no name of shared memory"):
+    with pytest.raises(PermissionError, match="not a name of shared memory"):
         Memory.open(str(place / name))
 
 

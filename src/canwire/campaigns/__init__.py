@@ -1,1 +1,1 @@
-"""Thousands of labs by number: a function is played with seeds and parameters, and what came of it is a table."""
+"""Campaigns: a function is played thousands of times with seeds and parameters, and the results are a table."""

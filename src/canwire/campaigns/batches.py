@@ -1,4 +1,4 @@
-"""Runs in batches: what a worker does with one, wherever it is."""
+"""Batches of runs, as a worker plays them on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from canwire.version import __version__
 
 Batch = tuple[Order, ...]
 _MOST = 64
-_BATCHES_A_WORKER = 16  # of a short campaign: nobody is idle for long at its end
+_BATCHES_A_WORKER = 16  # of a short campaign: no worker is idle for long at its end
 
 
 def batches(numbers: Sequence[int], workers: int) -> Iterator[Batch]:
-    """`numbers` in pieces, small enough that workers end at about the same time."""
+    """Split `numbers` into batches small enough that all workers end at about the same time."""
     size = max(1, min(_MOST, len(numbers) // (workers * _BATCHES_A_WORKER)))
     rest = iter(numbers)
     while batch := tuple(map(Order, islice(rest, size))):
@@ -28,10 +28,10 @@ def batches(numbers: Sequence[int], workers: int) -> Iterator[Batch]:
 
 
 class Rules(NamedTuple):
-    """How runs are played: the campaign's seed, the seconds that each may take (None: any).
+    """How runs are played: the campaign's seed, and the time limit of each run in s (None: no limit).
 
-    `alone`: nothing else runs in the worker's process, which may be ended where nothing else ends a run, `grace_s`
-    after that.
+    `alone`: nothing else runs in the worker's process. A run that does not stop at its limit may then be ended with
+    that process, `grace_s` after the limit.
     """
 
     seed: int
@@ -41,7 +41,7 @@ class Rules(NamedTuple):
 
 
 def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __version__) -> list[CampaignRun]:
-    """Play these runs. Raises HubError where this worker's canwire is not the caller's."""
+    """Play these runs. Raises HubError if this worker has another version of canwire than the caller."""
     if version != __version__:
         raise HubError(
             f"this worker has canwire {__version__}, the campaign was started by {version}: install one of them"

@@ -20,9 +20,9 @@ MOST_RUNS = 1 << 40
 class Campaign:
     """A function of a Lab, and the parameters it is played with. Made by the decorator `campaign`.
 
-    It is called with a fresh Lab in virtual time, whose `seed` is the run's own, and the parameters by name. What it
-    returns, a dict of numbers, strings and truth values or None, are the run's figures. A run has failed when the
-    function raises.
+    Each run calls the function with a new Lab in virtual time, whose `seed` is the seed of that run, and with the
+    parameters by name. The function returns the figures of the run: a dict of numbers, strings and truth values, or
+    None. A run fails if the function raises an exception.
     """
 
     def __init__(self, function: Callable[..., Figures | None], space: Space) -> None:
@@ -36,21 +36,21 @@ class Campaign:
         return int.from_bytes(digest[:8], "big") >> 1
 
     def parameters_of(self, run: int, seed: int) -> dict[str, Value]:
-        """The parameters that run number `run` has."""
+        """The parameters of run number `run`, by name."""
         return self.space.at(run, self.seed_of(run, seed))
 
     @property
     def source(self) -> Path:
-        """The file it stands in."""
+        """The file that contains the function."""
         return Path(inspect.getfile(self.function))
 
     @property
     def path(self) -> str:
-        """The same, as tracebacks have it."""
+        """The path of that file as it appears in tracebacks."""
         return inspect.unwrap(self.function).__code__.co_filename
 
     def default(self, name: str) -> Value | None:
-        """What the function takes for a parameter that nobody gives; None where it must be given."""
+        """The default of a parameter of the function; None if it has no default."""
         found = inspect.signature(self.function).parameters.get(name)
         return (
             found.default
@@ -69,7 +69,7 @@ class Campaign:
 def campaign(**parameters: Sequence[Value] | Draw) -> Callable[[Callable[..., Figures | None]], Campaign]:
     """Make a campaign of a function that takes a Lab and these parameters.
 
-    A list or a range is gone through, a Draw is drawn by each run.
+    All values of a list or a range are played; each run draws a value from a Draw.
 
     >>> @campaign(bit_rate=[250_000, 500_000], bit=range(19, 60))
     ... def flips(lab, bit_rate, bit):

@@ -1,4 +1,4 @@
-"""What is different when a run is played again: some parameters, and only some of its frames and faults take place."""
+"""Changes to a run that is played again: other parameters, and only some of its frames and faults."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ _BIT = re.compile(r"(.+): bit (\d+) of ([0-9A-F]{3}|[0-9A-F]{8})#")
 
 @dataclass(frozen=True)
 class Change:
-    """`given` are parameters in place of the run's own. `only` says for some of `KINDS` which take place, by number.
+    """Changes to a run. `given` replaces parameters of the run.
 
-    They are counted from 0 in the order in which the script asks for them, those that are left out included.
-    `flips` are inverted bits besides, each once, as "can0:103:45": bit 45 of the next frame 0x103 on bus can0.
+    `only` lists for some of `KINDS` the numbers that take place, counted from 0 in the order in which the script
+    requests them, including those that are left out. `flips` are additional inverted bits, each once, such as
+    "can0:103:45": bit 45 of the next frame 0x103 on bus can0.
     """
 
     given: Mapping[str, Value] = field(default_factory=dict)
@@ -39,7 +40,7 @@ class Change:
         only: Mapping[str, Iterable[int] | str] | None,
         flips: Iterable[str] = (),
     ) -> Change:
-        """What a user asks for. Raises BadValue, TypeError."""
+        """The change that a user specifies. Raises BadValue, TypeError."""
         for kind in only or ():
             if kind not in KINDS:
                 raise BadValue(f"only {shown(kind)}: one of {', '.join(KINDS)}")
@@ -54,17 +55,17 @@ class Change:
         return cls(dict(given or {}), chosen, tuple(flips))
 
     def with_value(self, name: str, value: Value) -> Change:
-        """The same with another parameter."""
+        """This change, with another value of one parameter."""
         return replace(self, given={**self.given, name: value})
 
     def with_only(self, kind: str, numbers: Iterable[int]) -> Change:
-        """The same with these alone of a kind."""
+        """This change, with only these numbers of a kind."""
         return replace(self, only={**self.only, kind: tuple(numbers)})
 
     def parameters(self, own: Mapping[str, Value]) -> dict[str, Value]:
-        """Those of the run; text becomes a number where the run's own is one.
+        """The parameters of the changed run; text becomes a number where the original value is a number.
 
-        Raises BadValue for a parameter that it does not have, and for text that is no such value.
+        Raises BadValue for a parameter that the run does not have, and for text that is not a valid value.
         """
         unknown = set(self.given) - set(own)
         if unknown:
@@ -74,7 +75,7 @@ class Change:
         return {**own, **{name: _like(name, value, own[name]) for name, value in self.given.items()}}
 
     def options(self) -> str:
-        """What `canwire campaign --repeat` needs to do the same."""
+        """The options of `canwire campaign --repeat` that make the same change."""
         words = [f"--set {shlex.quote(f'{name}={value}')}" for name, value in self.given.items()]
         words += [f"--only {kind}={numbers_in_words(numbers)}" for kind, numbers in self.only.items()]
         words += [f"--flip {shlex.quote(flip)}" for flip in self.flips]
@@ -114,7 +115,7 @@ def flip_of(text: str) -> Flip:
 
 
 def flip_in_words(words: str) -> str | None:
-    """The flip that does what noise did, by its words (bus/can/faults/faults.py); None where it met no frame.
+    """The flip with the effect of this noise, given in words (bus/can/faults/faults.py); None if it hit no frame.
 
     >>> flip_in_words("can0: bit 45 of 103#1122 from a at 3120000 ns")
     'can0:103:45'
@@ -124,9 +125,9 @@ def flip_in_words(words: str) -> str | None:
 
 
 class Chosen:
-    """The `Selection` (lab/selection.py) of a lab: what `only` names takes place; `took` are those that did, by kind.
+    """The `Selection` (lab/selection.py) of a lab: only the numbers in `only` take place.
 
-    Their words are kept where `words` says so.
+    `took` contains by kind the numbers that took place. Their words are kept if `words` is set.
     """
 
     def __init__(self, only: Mapping[str, tuple[int, ...]], words: bool) -> None:
@@ -159,7 +160,7 @@ def numbers_in_words(numbers: Iterable[int]) -> str:
 
 
 def numbers_of_words(text: str) -> tuple[int, ...]:
-    """The reverse. Raises BadValue.
+    """The numbers in such a text; the inverse of `numbers_in_words`. Raises BadValue.
 
     >>> numbers_of_words("3,7-9")
     (3, 7, 8, 9)

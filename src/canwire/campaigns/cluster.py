@@ -20,10 +20,10 @@ _PATIENCE_S = 10
 def in_cluster(
     script: Script, numbers: Sequence[int], rules: Rules, address: str
 ) -> Iterator[list[CampaignRun]]:
-    """Play the runs on the workers of `address` ("dask://host:8786"); batches come as they are done.
+    """Play the runs on the workers of `address` ("dask://host:8786"); yields each batch when it is done.
 
-    Workers need canwire of this version. Raises ExtraMissing, BadValue for another address, HubError where no
-    cluster answers, HubLost once its scheduler is gone.
+    Workers need the same version of canwire. Raises ExtraMissing, BadValue for an invalid address, HubError if no
+    cluster answers, HubLost if its scheduler is gone.
     """
     if not address.startswith(SCHEME):
         raise BadValue(f"cluster {address!r}: an address such as dask://host:8786")
@@ -41,7 +41,7 @@ def in_cluster(
             yield from _played(client, as_completed, KilledWorker, script, numbers, rules)
         except (CancelledError, OSError) as error:  # runs that raise these have them in their rows
             raise HubLost(
-                f"cluster {address}: its scheduler is gone; start it anew and give the same command: with --results "
+                f"cluster {address}: its scheduler is gone; start it again and repeat the command: with --results "
                 f"the runs that were done are not played again ({_reason(error)})"
             ) from None
 

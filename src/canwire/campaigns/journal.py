@@ -1,4 +1,4 @@
-"""The runs of a campaign that is not over yet, in a file beside its table: each as soon as it is done."""
+"""The journal of a campaign that is not complete: a file beside its table with each run that is done."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ _FORMAT = 1
 
 
 class Journal:
-    """One line of JSON says which campaign it is, then one line a run. It outlives its program.
+    """One line of JSON that identifies the campaign, then one line per run. It outlives its program.
 
-    A file that is there is continued: `runs` has by number what is in it. A last line that was not written to its
-    end is cut off, and its run is played again. Raises OSError, BadValue where the file is of another campaign or
-    another program writes it.
+    An existing file is continued: `runs` contains its runs by number. An incomplete last line is cut off, and its run
+    is played again. Raises OSError, and BadValue if the file belongs to another campaign or another program writes it.
     """
 
     def __init__(self, path: Path, script: Script, name: str, seed: int) -> None:
@@ -44,12 +43,12 @@ class Journal:
             raise
 
     def write(self, runs: list[CampaignRun]) -> None:
-        """They are the operating system's when this returns: a kill of this program loses none of them."""
+        """Append these runs. On return the operating system has them: killing this program loses none of them."""
         self._file.write(b"".join(_line(asdict(run)) for run in runs))
         self._file.flush()
 
     def close(self, over: bool) -> None:
-        """Where the campaign is `over`, its file goes: the same command plays everything once more."""
+        """Close the file, and remove it if the campaign is `over`: the same command then plays everything again."""
         self._file.close()
         if over:
             self.path.unlink(missing_ok=True)
@@ -64,7 +63,7 @@ class Journal:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise BadValue(
-                f"{self.path}: another program plays a campaign with these results: let it end, or give others"
+                f"{self.path}: another program plays a campaign with these results: wait for it, or name another file"
             ) from None
 
     def _read(self, heading: dict[str, object]) -> None:
@@ -82,7 +81,7 @@ class Journal:
                 run = CampaignRun(**json.loads(line))
             except (ValueError, TypeError) as error:
                 raise BadValue(
-                    f"{self.path}, line {number}: no run of a campaign ({error}): remove it"
+                    f"{self.path}, line {number}: not a run of a campaign ({error}): remove the file"
                 ) from None
             self.runs[run.number] = run
 
@@ -92,17 +91,17 @@ class Journal:
         except ValueError:
             found = None
         if not isinstance(found, dict) or "journal" not in found:
-            raise BadValue(f"{self.path}: no journal of a campaign: remove it, or give other results")
+            raise BadValue(f"{self.path}: not a journal of a campaign: remove it, or name another file")
         other = [key for key, value in heading.items() if found.get(key) != value]
         if other:
             raise BadValue(
                 f"{self.path} has runs of a campaign that was not over, with another "
-                f"{', another '.join(other)}: remove it to begin anew, or give other results"
+                f"{', another '.join(other)}: remove it to start from the beginning, or name another file"
             )
 
 
 def journal_of(results: str | Path) -> Path:
-    """The journal's file beside the table."""
+    """The path of the journal, beside the table."""
     return Path(f"{results}.journal")
 
 

@@ -1,4 +1,4 @@
-"""What came of a campaign as JUnit XML, which build servers show: a test case a run."""
+"""The results of a campaign as JUnit XML, which build servers show: one test case per run."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _OUTSIDE_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 
 
 class Played(NamedTuple):
-    """Which campaign it was: its file as it was given, its name, the seed that it was started with."""
+    """A campaign that was played: its file as given on the command line, its name, and its seed."""
 
     path: str
     name: str
     seed: int
 
     def repetition(self, number: int) -> str:
-        """The line that plays run `number` once more."""
+        """The command that repeats run `number`."""
         return f"canwire campaign {self.path} --seed {self.seed} --repeat {number}"
 
 
 def check_report(path: str | Path) -> Path:
-    """`path`, if a report can be written there. Raises BadValue for another ending, OSError."""
+    """`path`, if a report can be written there. Raises BadValue for an unknown file extension, OSError."""
     path = Path(path)
     if path.suffix not in _ENDINGS:
         raise BadValue(

@@ -1,6 +1,6 @@
-"""A worker's process: it has the campaign loaded, plays nothing itself, and keeps a process of its own that plays.
+"""The keeper: a worker's process that loads the campaign and keeps a separate process, the player, for the runs.
 
-A run that ends the player, by a crash or because nothing else ends it, costs one fork of a process that is ready.
+If a run ends the player, by a crash or because nothing else ends the run, a new player is one fork of the keeper.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class _Left(Exception):
 
 
 def keep(orders: Connection, script: Script, rules: Rules) -> None:
-    """Take batches from `orders` and send each run as it is done, until `orders` is closed at its other end."""
+    """Receive batches from `orders` and send each finished run, until the other end closes `orders`."""
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C is the campaign's; one inside of a run is the run's own
@@ -44,7 +44,7 @@ def keep(orders: Connection, script: Script, rules: Rules) -> None:
 
 
 def _warm() -> None:
-    """Load what runs load when they first need it, and touch it no more: players are forks, and share what is so."""
+    """Load the modules that runs load on first use: players are forks, and share the memory of what is loaded."""
     with Lab() as lab:
         bus = lab.can_bus()
         sender, receiver = bus.node("sender"), bus.node("receiver")
@@ -56,7 +56,7 @@ def _warm() -> None:
 
 
 class _Keeper:
-    """Has one player at a time; once a run has ended one, another is ready to take its place."""
+    """Has one player at a time. If a run ends it, the next player takes its place."""
 
     def __init__(self, orders: Connection, script: Script, rules: Rules) -> None:
         self._orders = orders
@@ -67,7 +67,7 @@ class _Keeper:
         self._wants_spare = False
 
     def play(self, batch: Batch) -> None:
-        """Play these; each run is sent as it comes."""
+        """Play these runs, and send each when it is done."""
         rest: list[Order] = list(batch)
         suspect: Order | None = None
         while rest:
@@ -84,7 +84,7 @@ class _Keeper:
                 suspect = rest[0]
 
     def _until_broken(self, rest: list[Order]) -> Iterator[CampaignRun]:
-        """Until all is done, or the player is lost: its first run that is not done was under way."""
+        """Yield runs until all are done or the player is lost; it was then playing the first run that is not done."""
         if self._player is None:
             self._player, self._spare = self._spare or self._made(), None
         with contextlib.suppress(EOFError, OSError):
@@ -102,7 +102,7 @@ class _Keeper:
                 yield run
 
     def _next(self, player: _Player) -> CampaignRun | None:
-        """The next run that is done, None if it takes too long. Raises EOFError, OSError if the player has ended."""
+        """The next finished run, None if it takes too long. Raises EOFError, OSError if the player has ended."""
         player.begin()
         limit_s = self._rules.limit_s
         end = None if limit_s is None else time.monotonic() + limit_s + self._rules.grace_s
@@ -119,7 +119,7 @@ class _Keeper:
         return _Player(self._script, self._rules, (self._orders, *others))
 
     def _end_player(self) -> str:
-        """What it had printed since its last run."""
+        """End the player, and return what it printed since its last run."""
         player, self._player = self._player, None
         self._wants_spare = True
         return player.end() if player else ""
@@ -133,9 +133,9 @@ class _Keeper:
 
 
 class _Player:
-    """The process that plays: forked, so that it has the campaign loaded when it begins, where that is safe.
+    """The process that plays. Where forking is safe it is a fork, so that the campaign is already loaded.
 
-    It has no use for the connections `of_keeper`, which a fork inherits.
+    It closes the connections `of_keeper`, which a fork inherits.
     """
 
     def __init__(self, script: Script, rules: Rules, of_keeper: tuple[Connection, ...]) -> None:

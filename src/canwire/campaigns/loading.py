@@ -1,4 +1,4 @@
-"""A campaign out of a file of Python, here or in a worker elsewhere: files are handed on as their text."""
+"""Loads a campaign from a Python file, here or in a worker on another machine: the text of the file is passed on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from canwire.errors import BadValue
 
 @dataclass(frozen=True)
 class Script:
-    """The text of a file with campaigns, and which of them is meant ("" where there is one)."""
+    """The text of a file with campaigns, and the name of the selected one ("" if the file contains only one)."""
 
     path: str
     text: str
@@ -22,14 +22,14 @@ class Script:
 
     @classmethod
     def read(cls, path: str | Path, name: str = "") -> Script:
-        """Read the file. Raises OSError, BadValue where it is no text."""
+        """Read the file. Raises OSError, and BadValue if it is not text."""
         try:
             return cls(str(path), Path(path).read_text(encoding="utf-8"), name)
         except UnicodeDecodeError as error:
-            raise BadValue(f"{path}: no Python file ({error})") from None
+            raise BadValue(f"{path}: not a Python file ({error})") from None
 
     def load(self) -> Campaign:
-        """Run the file's text and find the campaign. Raises BadValue; what the file itself raises goes through."""
+        """Run the file's text and find the campaign. Raises BadValue, and any exception of the file itself."""
         module = ModuleType(f"canwire_campaign_{Path(self.path).stem}")
         module.__file__ = self.path
         sys.modules[module.__name__] = module
@@ -52,7 +52,7 @@ class Script:
 
 
 def script_of(campaign: Campaign | str | Path, name: str = "") -> Script:
-    """The file a campaign is in. Raises OSError, BadValue."""
+    """The file that contains a campaign. Raises OSError, BadValue."""
     if isinstance(campaign, Campaign):
         return Script.read(campaign.source, campaign.name)
     return Script.read(campaign, name)

@@ -1,4 +1,4 @@
-"""What runs print: it goes into a file, since neither a terminal nor a log could say which run it was."""
+"""The output of runs goes into a file, because a terminal or a log could not show which run printed it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ MOST = 1 << 16  # bytes that are kept of a run: its last
 
 
 class Output:
-    """A file without a name that two processes share; one prints, either takes what was printed."""
+    """A file without a name that two processes share: one prints to it, and both can read what was printed."""
 
     def __init__(self) -> None:
         self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
 
     def take_over(self) -> None:
-        """Standard output and error of this process, and of programs that it starts, go there from now on."""
+        """Redirect standard output and error of this process, and of programs that it starts, to the file."""
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:  # it was closed before the program began
                 stream.flush()
@@ -27,7 +27,7 @@ class Output:
         sys.stderr = open(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
 
     def taken(self) -> str:
-        """What was printed since it was taken last, its last 65,536 bytes."""
+        """The last 65,536 bytes that were printed since the previous call."""
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(ValueError, AttributeError, OSError):  # a run has closed or replaced it
                 stream.flush()

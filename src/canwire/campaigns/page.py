@@ -1,4 +1,4 @@
-"""What came of a campaign as a page: which parameters fail, durations, the first run of each failure. One file."""
+"""The results of a campaign as one HTML file: which parameters fail, durations, the first run of each failure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pre {{ background: #f4f4f4; padding: .6em; overflow-x: auto }} svg text {{ font:
 
 
 def write_page(path: Path, played: Played, runs: Iterable[CampaignRun]) -> None:
-    """Write it, whole or not at all."""
+    """Write the page, completely or not at all."""
     ordered = sorted(runs, key=lambda run: run.number)
     parameters = parameters_of(ordered)
     parts = [_HEAD.format(title=escape(f"Campaign {played.name}")), _summary(played, ordered)]
@@ -48,7 +48,7 @@ def _summary(played: Played, runs: Sequence[CampaignRun]) -> str:
 
 
 def _failures(played: Played, runs: Sequence[CampaignRun]) -> list[str]:
-    """The first run of each reason, with the line that plays it once more."""
+    """The first run of each reason, with the command that repeats it."""
     reasons = Counter((run.verdict, run.reason) for run in runs if not run.passed)
     first = {(run.verdict, run.reason): run for run in reversed(runs)}
     found = []
@@ -85,7 +85,7 @@ def _picture(parameter: Parameter) -> str:
 
 
 def _map(across: Parameter, down: Parameter, runs: Sequence[CampaignRun]) -> str:
-    """Pass and fail over the two parameters that tell most: a field is as red as its runs fail."""
+    """Failures over the two parameters with the greatest influence: the more runs of a field fail, the redder it is."""
     cells: Counter[tuple[int, int]] = Counter()
     failed: Counter[tuple[int, int]] = Counter()
     for place in zip(runs, across.places, down.places, strict=True):

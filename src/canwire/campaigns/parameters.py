@@ -1,4 +1,4 @@
-"""What a campaign varies: lists that are gone through, and values drawn for each run."""
+"""The parameters that a campaign varies: lists of which all values are played, and values drawn for each run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LARGEST = 1 << 62
 
 @dataclass(frozen=True)
 class Draw:
-    """A value that each run draws anew, from its own seed. Made by `uniform`, `log_uniform`, `integer`, `choice`."""
+    """A value that each run draws from its own seed. Made by `uniform`, `log_uniform`, `integer`, `choice`."""
 
     kind: str
     low: float = 0.0
@@ -26,12 +26,12 @@ class Draw:
 
     @classmethod
     def uniform(cls, low: float, high: float) -> Draw:
-        """Any number from `low` to `high`, each as likely."""
+        """Any number from `low` to `high`, all equally likely."""
         return cls("uniform", *_ordered(finite("low", low, -1e18, 1e18), finite("high", high, -1e18, 1e18)))
 
     @classmethod
     def log_uniform(cls, low: float, high: float) -> Draw:
-        """Any number from `low` to `high`, above 0, each order of magnitude as likely: for rates of errors."""
+        """Any number from `low` to `high`, both above 0, each order of magnitude equally likely: for error rates."""
         if finite("low", low, 0, 1e18) == 0:
             raise BadValue("low 0: a logarithmic draw begins above 0")
         return cls("log_uniform", *_ordered(low, finite("high", high, 0, 1e18)))
@@ -46,11 +46,11 @@ class Draw:
 
     @classmethod
     def choice(cls, values: Sequence[Value]) -> Draw:
-        """One of `values`, each as likely."""
+        """One of `values`, all equally likely."""
         return cls("choice", values=_values("choice", values))
 
     def drawn(self, source: random.Random) -> Value:
-        """A value out of `source`."""
+        """A value drawn with `source`."""
         if self.kind == "choice":
             return source.choice(self.values)
         if self.kind == "integer":
@@ -63,10 +63,11 @@ class Draw:
 
 
 class Space:
-    """The parameters of a campaign by name; `at` gives those of a run.
+    """The parameters of a campaign by name; `at` returns those of a run.
 
-    Sequences make a grid that runs go through in order, the last parameter changing first; beyond its end they begin
-    again, with other seeds. Raises BadValue for a parameter without values, TypeError for what is neither.
+    Sequences form a grid that runs play in order; the last parameter changes first. After its end the grid starts
+    again, with other seeds. Raises BadValue for a parameter without values, TypeError if it is neither a sequence nor
+    a Draw.
     """
 
     def __init__(self, parameters: Mapping[str, Sequence[Value] | Draw]) -> None:
@@ -78,7 +79,7 @@ class Space:
         self.size = math.prod(len(values) for values in self.grid.values())
 
     def at(self, run: int, seed: int) -> dict[str, Value]:
-        """The parameters of run number `run`, whose own seed is `seed`, in the order in which they were given."""
+        """The parameters of run number `run`, whose seed is `seed`, in the order in which they were given."""
         rest = run % self.size
         found: dict[str, Value] = {}
         for name, values in reversed(self.grid.items()):

@@ -1,4 +1,4 @@
-"""The process in which runs are played, one after the other."""
+"""The player: the process in which runs are played, one after the other."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def play_all(
     output: Output | None,
     inherited: tuple[Connection, ...],
 ) -> None:
-    """Send None, then each run of the batches that come over `pipe`, until that is closed.
+    """Send None, then each run of the batches received over `pipe`, until the pipe is closed.
 
-    `inherited` are its keeper's connections: as long as they are open here, nobody sees that the keeper has ended.
+    `inherited` are the keeper's connections: while they are open here, the end of the keeper cannot be detected.
     """
     for connection in inherited:
         connection.close()
@@ -43,13 +43,13 @@ def play_all(
             return
         for order in batch:
             run = play(campaign, order, rules.seed, limit_s=rules.limit_s)
-            if os.getpid() != here:  # a run has forked, and its child came back: it is nobody's player
+            if os.getpid() != here:  # a run has forked, and its child returned here: it is not a player
                 os._exit(0)
             pipe.send(run if output is None else replace(run, output=output.taken()))
 
 
 def _end_with_parent() -> None:
-    """A run that hangs must not outlive a keeper that was killed; elsewhere than on Linux it does."""
+    """End with the keeper if it is killed, even while a run hangs (on Linux only)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 

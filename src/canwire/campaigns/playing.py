@@ -1,4 +1,4 @@
-"""One run: a lab, the function, a verdict, and a digest of all that went over its buses."""
+"""One run: a lab, the function, a verdict, and a digest of all frames on its buses."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _VERDICTS_OF_TESTS = (AssertionError, NotReceived, NotTransmitted)
 
 @dataclass(frozen=True)
 class CampaignRun:
-    """What came of one run.
+    """The result of one run.
 
     `verdict` is "passed", "failed" (an assertion or an expectation), "error" (any other exception, SystemExit and
-    KeyboardInterrupt included), "crashed" (its process ended) or "timeout" (it took longer than it may); `reason`
-    says why. `digest` is of every frame on every bus with its time, in hexadecimal: two runs with one digest were
-    the same. Not part of the table: `trace`, the traceback; `output`, the last 65,536 bytes that it printed in a
-    process of this machine; `wall_s`, the seconds that it took; `place`, the exception and the line of the campaign's
-    file that it came from; `smallest`, its smallest cause in words, where that was looked for.
+    KeyboardInterrupt included), "crashed" (its process ended) or "timeout" (it exceeded its time limit); `reason`
+    says why. `digest` is a hexadecimal digest of every frame on every bus with its time: two runs with the same digest
+    were the same. Not part of the table: `trace`, the traceback; `output`, the last 65,536 bytes that it printed in a
+    process of this machine; `wall_s`, its duration in s of the wall clock; `place`, the exception and the line of the
+    campaign's file that raised it; `smallest`, its smallest cause in words, if it was searched.
     """
 
     number: int
@@ -63,10 +63,10 @@ class CampaignRun:
 
 
 class Order(NamedTuple):
-    """A run that is to be played: its number, and what is different from that run (None: nothing).
+    """A run that is to be played: its number, and its changes (None: unchanged).
 
-    `words`: what took place of its frames and faults is wanted in words. `until_ns`: it is given up where its lab is
-    asked for more time after that.
+    `words`: whether to record in words which frames and faults took place. `until_ns`: the run is aborted when it
+    waits for bus time after that.
     """
 
     number: int
@@ -76,9 +76,9 @@ class Order(NamedTuple):
 
 
 class _Watched(Lab):
-    """A lab that keeps a digest of what goes over its buses, and the lines of a log where they are wanted.
+    """A lab that computes a digest of the frames on its buses, and records the lines of a log if requested.
 
-    With `until_ns` it lets no more time begin to pass after that.
+    With `until_ns` no wait may begin after that time.
     """
 
     def __init__(self, seed: int, log: bool, order: Order) -> None:
@@ -137,9 +137,9 @@ def play(
     log: list[str] | None = None,
     limit_s: float | None = None,
 ) -> CampaignRun:
-    """A run of a campaign that was started with `seed`, for `limit_s` seconds at most (None: any).
+    """Play a run of a campaign that was started with `seed`, for `limit_s` seconds at most (None: no limit).
 
-    Its frames go into `log` as lines of a candump log.
+    Its frames are appended to `log` as lines of a candump log.
     """
     try:
         with at_most(limit_s):
@@ -149,14 +149,14 @@ def play(
 
 
 def late(campaign: Campaign, order: Order, seed: int, limit_s: float | None, trace: str = "") -> CampaignRun:
-    """What there is to say of a run that took too long: nothing that depends on how far it came."""
+    """The result of a run that took too long; it contains nothing that depends on how far the run came."""
     own_seed, parameters = _beginning(campaign, order, seed)
     how_long = "in its lab" if limit_s is None else f"than {limit_s:g} s"
     return CampaignRun(order.number, own_seed, parameters, "timeout", f"longer {how_long}", trace=trace)
 
 
 def crashed(campaign: Campaign, order: Order, seed: int, output: str = "") -> CampaignRun:
-    """What there is to say of a run whose process ended; its `output` may say where."""
+    """The result of a run whose process ended; its `output` may show where."""
     own_seed, parameters = _beginning(campaign, order, seed)
     return CampaignRun(
         order.number,
@@ -187,7 +187,7 @@ def _play(campaign: Campaign, order: Order, seed: int, log: list[str] | None) ->
         figures = _checked(campaign(lab, **parameters), parameters)
     except TooLong:
         raise
-    except BaseException as error:  # sys.exit() and its like are the run's, too: the campaign goes on
+    except BaseException as error:  # sys.exit() and similar end only the run: the campaign continues
         verdict, reason = _judged(error)
         trace = "".join(traceback.format_exception(error))
         place = f"{type(error).__name__}{_place(campaign, error.__traceback__)}"
@@ -223,7 +223,7 @@ def _place(campaign: Campaign, trace: TracebackType | None) -> str:
 
 
 def _place_of_crash(campaign: Campaign, output: str) -> str:
-    """As faulthandler tells it: the innermost line comes first."""
+    """From the output of faulthandler, which begins with the innermost line."""
     for path, line, name in _FAULT.findall(output):
         if path == campaign.path:
             return f"crash in {name}, line {line} of {os.path.basename(path)}"
@@ -243,7 +243,7 @@ def _judged(error: BaseException) -> tuple[str, str]:
 
 
 def _failed_pytest(kind: type[BaseException]) -> bool:
-    """Is it of `pytest.fail`? By name, since pytest need not be there."""
+    """Whether it comes from `pytest.fail`. Compares names, because pytest may not be installed."""
     return kind.__name__ == "Failed" and any(base.__module__ == "_pytest.outcomes" for base in kind.__mro__)
 
 

@@ -1,4 +1,4 @@
-"""A whole campaign: many runs on processes of this machine or on a cluster, or one of them once more."""
+"""Plays a whole campaign on processes of this machine or on a cluster, or repeats one of its runs."""
 
 from __future__ import annotations
 
@@ -43,22 +43,22 @@ def run_campaign(
     shrink: int = 0,
     told: Callable[[CampaignRun], object] | None = None,
 ) -> list[CampaignRun]:
-    """Play a campaign, or the only one in a file; what came of each run, in the order of their numbers.
+    """Play a campaign, or the only one in a file. Returns the results of all runs in the order of their numbers.
 
-    `runs` is how many (None: the grid of its lists once), `workers` how many processes (None: one a processor), or
-    `cluster` the address of a Dask scheduler, "dask://host:8786". `results` is a Parquet or CSV file for the table,
-    which is written in any case: after Ctrl-C with the runs that were done. Until all are done, they are also in a
-    journal beside it, each as it comes, also after a kill; the same call then plays only those that are missing.
-    `report` is an .xml file for the same as JUnit XML, or an .html file for a page that shows which parameters fail;
-    it is written when the table is, whole as that is.
-    `shrink` looks for the smallest cause of the first run of each failure, of five failures at most, with up to so many
-    runs each (0: does not); `shrink_run` says how. It is in `smallest` of that run, and in the report.
-    `told` is called with each run that is played, as it comes, in any order. A run that takes longer than
-    `time_limit` seconds (None: any) is ended, and its verdict is "timeout". Each worker reads the file anew: a script
-    that calls this guards it by `if __name__ == "__main__"`.
+    `runs` is the number of runs (None: the grid of its lists once), `workers` the number of processes (None: one per
+    processor), `cluster` the address of a Dask scheduler, "dask://host:8786", in place of processes. `results` is a
+    Parquet or CSV file for the table, which is always written: after Ctrl-C it contains the runs that were done. Until
+    all runs are done, a journal beside it contains each finished run, even after a kill; the same call then plays only
+    the missing runs. `report` is an .xml file for JUnit XML, or an .html file for a page that shows which parameters
+    fail; it is written together with the table, completely or not at all.
+    `shrink` searches for the smallest cause of the first run of each failure, of five failures at most, with up to
+    `shrink` runs each (0: no search), as `shrink_run` does. The cause is in `smallest` of that run, and in the report.
+    `told` is called with each run when it is done, in any order. A run that takes longer than `time_limit` seconds
+    (None: no limit) is ended, and its verdict is "timeout". Each worker reads the file again: a script that calls this
+    function does so under `if __name__ == "__main__"`.
 
-    Raises BadValue, ExtraMissing, HubError (no cluster, or workers that cannot load the file), OSError; a run's own
-    exceptions are in its row.
+    Raises BadValue, ExtraMissing, HubError (no cluster, or workers that cannot load the file), OSError. Exceptions of a
+    run are in its row.
     """
     script = script_of(campaign)
     made = script.load()
@@ -79,7 +79,7 @@ def run_campaign(
 
 
 class _Account:
-    """The runs that are done, and the files that say so. Raises as they do, before anything is played."""
+    """The runs that are done, and the files they are written to. Raises the files' errors before any run is played."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class _Account:
             self._journal.write(batch)
 
     def shrink(self, most_runs: int, time_limit: float | None) -> None:
-        """The first run of each failure gets its smallest cause; a run that now passes says so there."""
+        """Add the smallest cause to the first run of each failure, or a note if the run now passes."""
         first: dict[tuple[str, str], CampaignRun] = {}
         for _, run in sorted(self.done.items()):
             if not run.passed:
@@ -125,7 +125,7 @@ class _Account:
             self.done[run.number] = replace(run, smallest=words)
 
     def close(self) -> None:
-        """Write the report and the table; the journal goes once everything in it is there."""
+        """Write the report and the table; the journal is removed once the table contains all runs."""
         if self._report is not None and self.done:
             form = write_page if self._report.suffix == ".html" else write_junit
             form(self._report, self._played, self.done.values())
@@ -147,15 +147,15 @@ def repeat_run(
     only: Mapping[str, Iterable[int] | str] | None = None,
     flips: Iterable[str] = (),
 ) -> tuple[CampaignRun, list[str]]:
-    """Run number `number` once more, in this process: what came of it, and its frames as lines of a candump log.
+    """Repeat run `number` in this process. Returns its result, and its frames as lines of a candump log.
 
-    With `given` it has other parameters, and of the kinds in `only`, "frames", "faults" and "noise", just those with
-    these numbers take place, counted from 0 as the script asks for them, which may be text such as "3,7-9" or "none":
-    as `shrink_run` says. `flips` are bits that are inverted besides, as "can0:103:45": bit 45 of the first frame
-    0x103 on bus can0.
+    `given` replaces parameters. `only` selects by kind ("frames", "faults", "noise") the numbers that take place,
+    counted from 0 in the order in which the script requests them; text such as "3,7-9" or "none" is accepted. See
+    `shrink_run`. `flips` are additional inverted bits, such as "can0:103:45": bit 45 of the first frame 0x103 on bus
+    can0.
 
-    A KeyboardInterrupt is its verdict, as of any run: Ctrl-C shows where it was. After `time_limit` seconds it is
-    ended (None: never), as soon as it comes to a step of Python.
+    A KeyboardInterrupt ends the run with a verdict, so Ctrl-C shows where it was. After `time_limit` seconds (None: no
+    limit) the run is ended at the next bytecode of Python.
     """
     log: list[str] = []
     script, limit_s = script_of(campaign, name), limit_of(time_limit)

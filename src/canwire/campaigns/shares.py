@@ -1,4 +1,4 @@
-"""Which parameters fail: runs sorted into few classes of each parameter's values, and how far those differ."""
+"""Which parameters fail: runs in a few classes of each parameter's values, and how much their failure rates differ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BINS = 8
 
 
 class Share(NamedTuple):
-    """Runs whose value of a parameter is in one class: how many there are, and how many of them did not pass."""
+    """The runs whose value of a parameter is in one class: their number, and how many of them did not pass."""
 
     label: str
     runs: int
@@ -22,7 +22,7 @@ class Share(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A parameter, its classes in order, and where each run is: the number of its class."""
+    """A parameter, its classes in order, and the number of the class of each run."""
 
     name: str
     shares: list[Share]
@@ -30,13 +30,13 @@ class Parameter(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """How far apart the classes' shares of failures are, 0 to 1: by chance alone it is small."""
+        """The difference between the failure rates of the classes, 0 to 1; by chance alone it is small."""
         found = [share.failed / share.runs for share in self.shares]
         return max(found) - min(found)
 
 
 def parameters_of(runs: Sequence[CampaignRun]) -> list[Parameter]:
-    """The one that tells most comes first; those that every run has."""
+    """The parameters that all runs have, the one with the greatest influence first."""
     names = [name for name in runs[0].parameters if all(name in run.parameters for run in runs)]
     found = [_parameter(name, runs) for name in names]
     return sorted(found, key=lambda one: (-one.spread, one.name))

@@ -1,4 +1,4 @@
-"""What came of a campaign, as a table: one row a run, in the order of their numbers."""
+"""The results of a campaign as a table: one row per run, in the order of their numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ENDINGS = (".parquet", ".csv")
 
 
 def rows(runs: Iterable[CampaignRun]) -> list[dict[str, Value | None]]:
-    """One row a run in the order of their numbers, all with the same columns."""
+    """One row per run in the order of their numbers, all with the same columns."""
     ordered = sorted(runs, key=lambda run: run.number)
     parameters = list(dict.fromkeys(name for run in ordered for name in run.parameters))
     figures = list(dict.fromkeys(name for run in ordered for name in run.figures))
@@ -37,7 +37,7 @@ def rows(runs: Iterable[CampaignRun]) -> list[dict[str, Value | None]]:
 
 
 def check_table(path: str | Path) -> Path:
-    """`path`, if `write` will be able to write there. Raises BadValue for another ending, ExtraMissing, OSError."""
+    """`path`, if `write` can write there. Raises BadValue for an unknown file extension, ExtraMissing, OSError."""
     path = Path(path)
     if path.suffix not in _ENDINGS:
         raise BadValue(f"{path}: results are written to a file whose name ends in {' or '.join(_ENDINGS)}")
@@ -52,7 +52,7 @@ def check_table(path: str | Path) -> Path:
 
 
 def write(path: str | Path, runs: Iterable[CampaignRun]) -> None:
-    """Write the table, whole or not at all, to a Parquet or CSV file. Raises as `check_table` does."""
+    """Write the table to a Parquet or CSV file, completely or not at all. Raises the same errors as `check_table`."""
     path = check_table(path)
     table = rows(runs)
     with whole(path) as part:
@@ -69,7 +69,7 @@ def write(path: str | Path, runs: Iterable[CampaignRun]) -> None:
 
 
 def _columns(table: list[dict[str, Value | None]]) -> dict[str, list[Value | None]]:
-    """By column; one that has numbers of both kinds has floats, one of mixed types text."""
+    """The values by column. Integers and floats in one column become floats, other mixed types become text."""
     columns = {name: [row[name] for row in table] for name in (table[0] if table else ())}
     for name, values in columns.items():
         kinds = {type(one) for one in values if one is not None}

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Writes files completely or not at all."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """The name to write to: what is written there takes the place of `path`, unless writing fails."""
+    """A temporary name to write to; that file replaces `path` at the end, unless writing fails."""
     part = path.with_name(path.name + ".part")
     yield part
     part.replace(path)

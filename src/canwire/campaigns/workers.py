@@ -17,9 +17,9 @@ from canwire.errors import HubError
 def in_processes(
     script: Script, numbers: Sequence[int], rules: Rules, workers: int
 ) -> Iterator[list[CampaignRun]]:
-    """Play the runs on so many processes; each run comes as it is done.
+    """Play the runs on this number of processes; yields each run when it is done.
 
-    Raises HubError where a process ends before it can play: the file cannot be loaded there.
+    Raises HubError if a process ends before it can play, because it cannot load the file.
     """
     rest = batches(numbers, workers)
     crew: dict[Connection, Worker] = {}
@@ -65,7 +65,7 @@ def _continue(crew: dict[Connection, Worker], worker: Worker, batch: Batch | Non
 def _replace(
     crew: dict[Connection, Worker], dead: Worker, rest: Iterator[Batch], script: Script, rules: Rules
 ) -> Iterator[list[CampaignRun]]:
-    """What `dead` had left is another's; a run that was the first of two such workers has ended them both."""
+    """A new worker gets the remaining runs of `dead`; a run that was first in two such workers ended them both."""
     suspect = dead.rest[0] if dead.rest else None
     if suspect is not None and dead.suspect == suspect:
         dead.rest.popleft()
@@ -75,7 +75,7 @@ def _replace(
 
 
 class Worker:
-    """A keeper's process, as the campaign sees it. `suspect`: the run at which the one before it was lost."""
+    """A keeper's process, as the campaign sees it. `suspect`: the run at which the previous worker was lost."""
 
     def __init__(self, script: Script, rules: Rules, suspect: Order | None = None) -> None:
         context = multiprocessing.get_context("spawn")
@@ -97,7 +97,7 @@ class Worker:
             self.lost = True
 
     def come(self) -> Iterator[list[CampaignRun]]:
-        """What has come. Raises HubError if it ended before it was ready."""
+        """Yield the runs that have arrived. Raises HubError if the process ended before it was ready."""
         try:
             run: CampaignRun | None = self.pipe.recv()
         except (EOFError, OSError):
@@ -115,6 +115,6 @@ class Worker:
             yield [run]
 
     def end(self) -> None:
-        """It ends when it finds its pipe closed."""
+        """Close the pipe; the process ends when it notices that."""
         self.pipe.close()
         self.process.join()

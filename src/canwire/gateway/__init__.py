@@ -1,1 +1,1 @@
-"""Two buses joined by rules: which frames pass, under which identifiers, changed how, and how many a second."""
+"""Two buses joined by rules: which frames pass, their new identifiers, changes to data, and a limit per second."""

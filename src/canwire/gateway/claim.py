@@ -1,4 +1,4 @@
-"""One gateway among others: it says which ways it goes, and gives way where it closes a circle."""
+"""One gateway among others: it publishes its directions, and is refused if it closes a ring."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 class Claim:
-    """Between two buses, each a hub and its name there ("5f3a/can0"); `there` and `back` are the ways that it goes.
+    """The notes of a gateway between two buses, each given as a hub and the bus's name with the hub's identity
+    ("5f3a/can0"); `there` and `back` are the directions in which frames pass.
 
-    `look` is to be called now and then: it tells each hub what is known at the other.
+    Call `look` regularly: it copies the ways that are known at each hub to the other.
     """
 
     def __init__(
@@ -36,13 +37,13 @@ class Claim:
         self._notes = [0] * len(self._hubs)
 
     def stake(self) -> None:
-        """Leave word at the hubs; raises BadValue for a circle."""
+        """Write the notes at the hubs; raises BadValue for a ring."""
         for hub in self._hubs:
             leave_ways(hub, self._ways)
         self.look()
 
     def look(self) -> None:
-        """Pass on what is known; raises BadValue if this gateway closes a circle of older ones."""
+        """Pass on the known ways; raises BadValue if this gateway closes a ring of older ones."""
         gateway = self._ways[0].gateway
         known = [known_at(hub, besides=gateway) for hub in self._hubs]
         self._check({way for each in known for way in each if way.gateway != gateway})
@@ -51,10 +52,10 @@ class Claim:
                 self._notes[place] = pass_on(hub, gateway, known[1 - place], self._notes[place])
 
     def give_up(self) -> None:
-        """Take all notes away."""
+        """Remove all notes."""
         nothing: Known = {}
         for place, hub in enumerate(self._hubs):
-            with suppress(HubError, Closed):  # then they have gone with the hub, or with this program
+            with suppress(HubError, Closed):  # then the notes are gone with the hub, or with this program
                 pass_on(hub, self._ways[0].gateway, nothing, self._notes[place])
                 hub.set_note(self._ways[0].gateway, b"")
 

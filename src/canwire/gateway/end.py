@@ -1,4 +1,4 @@
-"""A line that a gateway is on, as a program's channel: what it hears, and what became of what it sent."""
+"""A line of a gateway, used through a channel: the frames it receives, and the results of the frames it sent."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NOTHING = ChannelStatus(False, 0, 0, 0, 0, 0, 0, 0)
 
 
 class End:
-    """A line that a gateway is on."""
+    """One of the two lines of a gateway."""
 
     channel: HubChannel
 
@@ -40,7 +40,7 @@ class End:
         return f"{identity(self.hub, uuid.uuid4().hex[:8])}/{self.bus}"
 
     def open(self, closing: ExitStack) -> None:
-        """A channel on it, running."""
+        """Open a channel on the line, and start it."""
         self.channel = closing.enter_context(self.hub.open_channel(self.place.board.id, self.place.line))
         self.channel.set_up(ChannelMode(receive=_QUEUE, transmit=_QUEUE, siblings=Siblings.OTHERS))
         control = bring_up(self.hub, self.place, self._mode, lambda status: None)
@@ -50,15 +50,15 @@ class End:
         self.fd = mode is not None and mode.long_data
 
     def newly_lost(self) -> int:
-        """Frames that found this program's receive queue full since the last call."""
+        """The number of frames that were lost since the last call because this program's receive queue was full."""
         lost = self.channel.status().lost
         fresh, self._lost = lost - self._lost, lost
         return fresh
 
     def account(self, counts: GatewayCounts, *, over: bool = False) -> GatewayCounts:
-        """With what became of the frames that were queued here; `over`: what still waits is given up.
+        """`counts`, with the results of the frames that were queued here; `over`: waiting frames count as given up.
 
-        Once the channel is gone, it is as it was last seen.
+        Once the channel is gone, the last known state counts.
         """
         with suppress(HubError, Closed):
             if over:

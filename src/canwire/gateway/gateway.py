@@ -27,10 +27,11 @@ class Gateway:
     """Passes frames on between two lines, from the moment it is made until it is closed.
 
     `line` and `other` are names of lines or buses of `hub` and `other_hub` (None: this user's hub, and the same one).
-    A bus's name means a line of it that nobody uses, else a shared one. `there` are the rules from `line` to `other`,
-    `back` those the other way; None: nothing goes that way. A line that does not run is started at the bit rate of its
-    bus, else at 500 kbit/s. Frames that a gateway has sent are not passed back. A gateway that closes a circle, over
-    any number of hubs, is refused; if several start at the same time the youngest ends, and `wait` raises why.
+    The name of a bus selects an unused line on it, or a shared one if all are used. `there` are the rules from `line`
+    to `other`, `back` those from `other` to `line`; None: no frames pass in that direction. A line that does not run
+    is started at the bit rate of its bus, or at 500 kbit/s if the bus has none. Frames that a gateway has sent are not
+    passed back. A gateway that closes a ring, over any number of hubs, is refused. If several start at the same time,
+    the youngest ends, and `wait` raises the reason.
 
     ::
 
@@ -38,7 +39,7 @@ class Gateway:
             gateway.wait(10)
             print(gateway.there)
 
-    Raises NoSuchBoard, BadValue (a circle, both on one bus), HubError, and what starting a line raises.
+    Raises NoSuchBoard, BadValue (a ring, or both lines on one bus), HubError, and any error of starting a line.
     """
 
     def __init__(
@@ -78,25 +79,25 @@ class Gateway:
 
     @property
     def there(self) -> GatewayCounts:
-        """What became of frames from `line` to `other`, by now."""
+        """The current counts of frames from `line` to `other`."""
         return self._ends[1].account(self._there.counts)
 
     @property
     def back(self) -> GatewayCounts:
-        """The same the other way."""
+        """The current counts of frames from `other` to `line`."""
         return self._ends[0].account(self._back.counts)
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until the gateway is over, at most so long; whether it is. Raises what ended it: HubLost, Unplugged."""
+        """Wait until the gateway has ended; False if `timeout_s` is over before. Raises what ended it, as HubLost."""
         over = self._over.wait(timeout_s)
         if self._failure is not None:
             raise self._failure
         return over
 
     def close(self) -> None:
-        """Pass nothing on any more; what still waits is given up, and counted so. Closing twice is harmless."""
+        """Stop passing frames; those that still wait count as given up. Closing twice is harmless."""
         self._over.set()
-        self._looking.join()  # it would leave notes that nobody takes away
+        self._looking.join()  # otherwise it could leave notes that are never removed
         for end, passage in zip(self._ends, (self._back, self._there), strict=True):
             end.account(passage.counts, over=True)
         self._closing.close()
@@ -117,7 +118,7 @@ class Gateway:
         return f"<gateway between {self.name}, {state}: there {self.there}; back {self.back}>"
 
     def _claim(self, ends: list[End], there: bool, back: bool) -> Claim:
-        """Leave the notes that others look for; refuse a circle."""
+        """Write the notes that other gateways read; refuse a ring."""
         source, target = (end.known_as() for end in ends)
         if source == target:
             raise BadValue(f"both lines are on {ends[0].bus}: a gateway joins two buses")
@@ -127,11 +128,14 @@ class Gateway:
         return claim
 
     def _look_out(self) -> None:
-        """For circles that others have closed meanwhile, together with this one."""
+        """Check for rings that other gateways have closed meanwhile together with this one."""
         while not self._over.wait(_LOOK_S):
             try:
                 self._claimed.look()
-            except (Closed, HubError):  # those who carry frames tell it, unless the network is back before
+            except (
+                Closed,
+                HubError,
+            ):  # the threads that carry frames report it, unless the network is back before
                 continue
             except Exception as error:  # `wait` raises it
                 self._failure = error
@@ -144,13 +148,13 @@ class Gateway:
         except Closed as error:
             if not self._over.is_set():
                 self._failure = error
-        except Exception as error:  # the function that changes frames is somebody else's; `wait` raises it
+        except Exception as error:  # the function that changes frames is the user's; `wait` raises its error
             self._failure = error
         self._over.set()
 
 
 def _pass_on(source: End, target: End, passage: Passage) -> None:
-    """What waits, or the next frame; Closed once the gateway is."""
+    """Pass on the waiting frames, or the next one. Raises Closed once the gateway is closed."""
     frames = source.channel.receive_many(_AT_ONCE, None)
     counts = passage.counts
     for frame in frames:

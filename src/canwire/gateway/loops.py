@@ -1,8 +1,8 @@
-"""Gateways that would send each other's frames round and round are found, whatever the length of the ring.
+"""Finds rings of gateways, of any length, in which frames would circulate without end.
 
-A way leads in a circle if it comes back to where it began without using one gateway twice in a row: no gateway hears
-what it has sent itself. Who closes a circle of older gateways is refused; so of any that start at the same time the
-youngest gives way, and all agree on which one that is.
+A path is a ring if it returns to its first bus without using the same gateway twice in a row, because no gateway
+passes on frames that it has sent itself. A gateway that closes a ring of older ones is refused. If several start at
+the same time, the youngest one ends; all gateways agree which one that is.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 
 class Way(NamedTuple):
-    """From one bus to another, by a gateway that began `since` (ns of the wall clock).
+    """One direction of a gateway: from one bus to another, since the gateway was made (`since`, ns of the wall clock).
 
-    A bus is named with its hub's identity: "5f3a/can0".
+    The name of a bus contains the identity of its hub: "5f3a/can0".
     """
 
     gateway: str
@@ -25,17 +25,17 @@ class Way(NamedTuple):
 
     @property
     def age(self) -> tuple[int, str]:
-        """What is smaller is older; no two gateways are equal."""
+        """A sort key: smaller is older; no two gateways have the same."""
         return self.since, self.gateway
 
 
 def closed_by(own: list[Way], others: Iterable[Way]) -> list[str] | None:
-    """The circle that a gateway closes together with older ones: buses, the first one again at the end."""
+    """The ring that a gateway closes together with older ones: its buses, with the first one repeated at the end."""
     return circle(own, {way for way in others if way.age < own[0].age})
 
 
 def circle(own: list[Way], others: set[Way]) -> list[str] | None:
-    """Buses that a frame would go round, the first one again at the end; None where there is no circle."""
+    """The buses of a ring, with the first one repeated at the end; None if the gateways form no ring."""
     every = {*own, *others}
     for begin in own:
         reached = {(begin.target, begin.gateway): [begin.source, begin.target]}

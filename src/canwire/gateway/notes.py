@@ -1,7 +1,8 @@
-"""What gateways leave at hubs for each other: their own ways, and at each of its two hubs what is known at the other.
+"""The notes that gateways write at hubs for each other: their own ways, and the ways known at their other hub.
 
-So word of a way goes from hub to hub, as far as gateways lead, one step with each look that a gateway takes. A way that
-is gone is forgotten as one that is too far: hops count up to a limit (as in RIP, RFC 2453 3.6 on infinity).
+So a way becomes known at all hubs that gateways connect, one hub further with each check of a gateway. A way that no
+longer exists is dropped like one that is too far away: its hops count up to a limit (as in RIP, RFC 2453 3.6,
+infinity).
 """
 
 from __future__ import annotations
@@ -20,15 +21,15 @@ PREFIX = "gateway/"
 _FAR = "gateway-far/"
 _IDENTITY = "gateway-hub/"
 _FARTHEST = 32  # hubs
-_AT_ONCE = 6  # ways in a note, which has 1024 bytes
+_AT_ONCE = 6  # ways in a note, which can hold 1024 bytes
 Known = dict[Way, int]
-"""Ways, and over how many hubs word of them came."""
+"""Ways, and the number of hubs over which they became known."""
 
 
 def identity(hub: Hub, fresh: str) -> str:
-    """What this hub is called among gateways, by whichever address it is reached; `fresh` if it has no name yet.
+    """The name of this hub among gateways, the same for all its addresses; `fresh` if it has no name yet.
 
-    Of several that name it at the same time the first one does: a hub keeps notes in their order.
+    If several gateways name it at the same time, the first name counts, because a hub keeps the order of notes.
     """
     names = hub.notes(_IDENTITY)
     if not names:
@@ -38,15 +39,15 @@ def identity(hub: Hub, fresh: str) -> str:
 
 
 def leave_ways(hub: Hub, ways: list[Way]) -> None:
-    """A gateway's own; they go with its program."""
+    """Write the gateway's own ways; the hub removes them when the program ends."""
     rows = [[way.source, way.target, way.since] for way in ways]
     hub.set_note(ways[0].gateway, json.dumps(rows).encode(), leaves=True)
 
 
 def known_at(hub: Hub, besides: str = "") -> Known:
-    """All ways known there, but for what the gateway `besides` has told.
+    """All ways known at this hub, except those that the gateway `besides` has passed on.
 
-    Raises BadValue for a note that no gateway wrote.
+    Raises BadValue for a note that was not written by a gateway.
     """
     found: Known = {}
     for name, value in hub.notes(PREFIX).items():
@@ -61,7 +62,10 @@ def known_at(hub: Hub, besides: str = "") -> Known:
 
 
 def pass_on(hub: Hub, gateway: str, known: Known, notes: int) -> int:
-    """Tell there what is known at this gateway's other hub; `notes` were written before. Returns how many are now."""
+    """Write the ways known at this gateway's other hub to `hub`, in place of `notes` earlier notes.
+
+    Returns the number of notes that are now in use.
+    """
     rows = sorted(
         [way.gateway, way.source, way.target, way.since, hops + 1]
         for way, hops in known.items()

@@ -1,4 +1,4 @@
-"""What a gateway does with one frame, without I/O: filter, identifier, data, and a limit of frames a second."""
+"""The rules that a gateway applies to one frame, without I/O: filter, identifier, data, and a limit per second."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from canwire.values.checks import finite, instance, shown
 from canwire.values.frame import Frame
 
 Identifier = int | tuple[int, bool]
-"""An identifier; above 7FF it is a 29-bit one, and (identifier, True) is one in any case."""
+"""An identifier; above 7FF it has 29 bits. (identifier, True) always has 29 bits."""
 _SECOND_NS = 1_000_000_000
 _MOST_A_SECOND = 1e7
 
 
 @dataclass(frozen=True)
 class GatewayRules:
-    """Rules for one direction. What is not said passes as it is.
+    """Rules for one direction. Without rules, all frames pass unchanged.
 
     `filters` are (code, mask) pairs for 11-bit frames, (code, mask, True) for 29-bit ones, an Acceptance, or a function
-    of a Frame: other frames stay where they are. `ids` gives frames other identifiers; `change` is called with each
-    frame after that and returns the one to send, or None for none. `rate` is how many frames pass in any one second,
-    by bus time. Raises BadFilter, BadValue, TypeError.
+    of a Frame; only matching frames pass. `ids` maps identifiers to new ones. `change` is called with each frame after
+    that and returns the frame to send, or None to drop it. `rate` is the number of frames that may pass in any one
+    second of bus time. Raises BadFilter, BadValue, TypeError.
     """
 
     filters: Iterable[Sequence[int]] | Acceptance | Callable[[Frame], bool] | None = None
@@ -41,7 +41,7 @@ class GatewayRules:
         self.renamed()
 
     def accepts(self) -> Callable[[Frame], bool] | None:
-        """The filters as a function, None where everything passes."""
+        """The filters as a function, None if all frames pass."""
         if self.filters is None or callable(self.filters):
             return self.filters
         if isinstance(self.filters, Acceptance):
@@ -58,11 +58,11 @@ class GatewayRules:
 
 @dataclass
 class GatewayCounts:
-    """What became of frames in one direction: heard is the sum of all others.
+    """The counts of frames in one direction: `heard` (received) is the sum of all others.
 
-    `passed`: they have arrived on the other bus; `waiting`: in the other line's transmit queue; `given_up`: they were
-    in it, and did not arrive; `unfit`: CAN FD for a line that knows classic CAN only; `lost`: that queue was full, or
-    the frames found this program's receive queue full.
+    `passed`: arrived on the other bus; `filtered`: stopped by a filter or by `change`; `limited`: above the rate;
+    `waiting`: in the transmit queue of the other line; `given_up`: were queued and did not arrive; `unfit`: CAN FD
+    for a line for classic CAN only; `lost`: that queue, or this program's receive queue, was full.
     """
 
     heard: int = 0
@@ -85,7 +85,7 @@ class GatewayCounts:
 
 
 class Passage:
-    """One direction at work."""
+    """Applies the rules of one direction, and counts frames."""
 
     def __init__(self, rules: GatewayRules, fd: bool = True) -> None:
         self.counts = GatewayCounts()
@@ -96,7 +96,7 @@ class Passage:
         self._last_ns: deque[int] = deque()
 
     def through(self, frame: Frame) -> Frame | None:
-        """The frame to send for this one, or None: counted, but for `passed` and `lost`, which the sender knows."""
+        """The frame to send for this one, or None. Counts it, but the sender counts `passed` and `lost`."""
         self.counts.heard += 1
         if self._accepts is not None and not self._accepts(frame):
             self.counts.filtered += 1

@@ -1,8 +1,8 @@
-"""The only package that knows operating systems: events, shared memory, and waiting for many things at once.
+"""The only package that depends on the operating system: events, shared memory, and waiting for many descriptors.
 
-`linux.py` takes what Linux has best. `portable/` gets along with files, TCP sockets on the loopback address and select
-or kqueue; Windows, macOS and everything else run it, and Linux too where CANWIRE_PLATFORM=portable is set. Both have
-the same names with the same promises (tests/platform/ compares them).
+`linux.py` uses the fastest means of Linux. `portable/` needs only files, TCP sockets on the loopback address, and
+select or kqueue; it runs on Windows, macOS and all other systems, and on Linux if CANWIRE_PLATFORM=portable is set.
+Both define the same names with the same behaviour (tests/platform/ compares them).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from canwire.platform.waiting import signals_end_waits as signals_end_waits
 from canwire.platform.waiting import wait_readable as wait_readable
 
 Descriptor = Any
-"""Memory or an event on its way to a client: descriptors on Linux, elsewhere objects that stand for them."""
+"""Memory or an event on its way to a client: descriptors on Linux, elsewhere objects that represent them."""
 
 
 def _portable() -> bool:

@@ -10,13 +10,13 @@ _SELECT_TAKES = 512  # sockets at a time on Windows: what Python builds FD_SETSI
 
 
 def descriptor_limit() -> int:
-    """How many descriptors this process may have open; raised by `raise_descriptor_limit`."""
+    """The number of descriptors that this process may have open; `raise_descriptor_limit` raises it."""
     resource = _resource()
     return _SELECT_TAKES if resource is None else int(resource.getrlimit(resource.RLIMIT_NOFILE)[0])
 
 
 def raise_descriptor_limit() -> None:
-    """As far as the system lets this process without being asked."""
+    """Raise the limit to the most that the system allows this process without further rights."""
     resource = _resource()
     if resource is None:
         return
@@ -27,7 +27,7 @@ def raise_descriptor_limit() -> None:
 
 
 def _resource() -> Any:
-    """The module, which Windows has not."""
+    """The module `resource`, which Windows does not have."""
     try:
         import resource
     except ImportError:

@@ -1,6 +1,6 @@
-"""Linux: eventfd, sealed memory files, epoll, and descriptors that travel over Unix sockets and can be opened anew.
+"""Linux: eventfd, sealed memory files, epoll, and descriptors that are sent over Unix sockets and can be reopened.
 
-On a Linux without one of them (no /proc in a container) pipes, unlinked files and duplicates stand in for it.
+On a Linux without one of them (a container without /proc) pipes, unlinked files and duplicates replace it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if sys.platform != "win32":
 class EventDescriptor(Waiting):
     """A wake-up that threads and processes share: `signal` it, `wait` for it, select on `fileno()`.
 
-    An eventfd is one open file for everybody who has it: each of them can fill it and make it block the others. So
-    one that is `shared` with a process that need not be trusted is a pipe instead, which `copies` open anew.
+    An eventfd is one open file for all processes that have it: each of them can fill it and make it block the others.
+    An event that is `shared` with an untrusted process is therefore a pipe, which `copies` reopens for that process.
     """
 
     def __init__(self, *, shared: bool = False) -> None:
@@ -38,7 +38,7 @@ class EventDescriptor(Waiting):
 
     @classmethod
     def adopt(cls, *descriptors: int) -> EventDescriptor:
-        """Take over an event's descriptor that another process passed on, or two: to read, and to write."""
+        """Take over the descriptor of an event from another process, or two: one to read, and one to write."""
         event = cls.__new__(cls)
         event._read, event._write = descriptors[0], descriptors[-1]
         event._closed = event._blocks = False
@@ -49,7 +49,7 @@ class EventDescriptor(Waiting):
 
     @classmethod
     def adopt_each(cls, descriptors: tuple[int, ...], count: int) -> list[EventDescriptor]:
-        """So many events, from the `copies` of one after the other."""
+        """`count` events, from the `copies` of each in turn."""
         each = len(descriptors) // count
         return [cls.adopt(*descriptors[k * each : (k + 1) * each]) for k in range(count)]
 
@@ -57,17 +57,17 @@ class EventDescriptor(Waiting):
         return self._read
 
     def copies(self) -> tuple[int, ...]:
-        """Descriptors of this shared event for `adopt` in another process; whoever asks owns them.
+        """Descriptors of this shared event for `adopt` in another process; the caller owns them.
 
-        Linux opens it anew: whatever that process does to its own open file (fill it, make it blocking), this one
-        never blocks. Elsewhere they are duplicates, and a hostile process of the same user can block this one.
+        Linux reopens the pipe: whatever that process does to its open file (fill it, make it blocking), this process
+        never blocks. Without /proc they are duplicates, and a hostile process of the same user can block this one.
         """
         if _OPENS_ANEW:
             return (_opened_anew(self._read),)
         return duplicate((self._read, self._write))
 
     def signal(self) -> None:
-        """Wake whoever waits; signals that nobody has consumed yet count as one."""
+        """Wake a waiting thread; signals that were not consumed yet count as one."""
         try:
             os.write(self._write, b"\x01\0\0\0\0\0\0\0")
         except (BlockingIOError, BrokenPipeError):
@@ -77,13 +77,13 @@ class EventDescriptor(Waiting):
                 raise
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
+        """Consume a signal, waiting at most `timeout` seconds for it (None: forever); False if none came."""
         if not self._closed and wait_readable([self._read], timeout):
             return self.take()  # unless another waiter was quicker
         return False
 
     def rest(self) -> None:
-        """Waiting's; the read itself waits where this process has the descriptor for itself."""
+        """As in Waiting. The read itself blocks if only this process has the descriptor."""
         if hears_signals() or not _OPENS_ANEW or self._closed:
             self.wait()
             return
@@ -93,7 +93,7 @@ class EventDescriptor(Waiting):
         os.read(self._read, _ALL)
 
     def take(self) -> bool:
-        """Consume whatever signal there is, without waiting; was there one?"""
+        """Consume a pending signal without waiting; returns whether one was pending."""
         try:
             return bool(os.read(self._read, _ALL))
         except BlockingIOError:
@@ -104,11 +104,11 @@ class EventDescriptor(Waiting):
             return False
 
     def clear(self) -> None:
-        """Consume whatever signal there is, without waiting."""
+        """Consume a pending signal without waiting."""
         self.take()
 
     def close(self) -> None:
-        """A second time does nothing; from now on nothing is signalled here, and no descriptor is touched."""
+        """Close it; a second call does nothing. Later calls signal nothing and touch no descriptor."""
         descriptors = {self._read, self._write}
         if self.leave():
             close_descriptors(*descriptors)
@@ -118,9 +118,9 @@ class EventDescriptor(Waiting):
             self.close()
 
     def leave(self) -> bool:
-        """Close it, but leave the descriptors to their owner; False if it was closed before.
+        """Close it, but leave the descriptors to their owner; False if it was already closed.
 
-        Their numbers are forgotten: they may soon be those of somebody else's files.
+        Their numbers are forgotten, because they may soon belong to other files.
         """
         if self._closed:
             return False
@@ -146,15 +146,15 @@ def _open_pipe() -> tuple[int, int]:
 
 
 def _opened_anew(pipe: int) -> int:
-    """The same pipe as an open file of its own that reads and writes, and holds no more than one read takes."""
+    """The same pipe as a separate open file for reading and writing, which holds at most what one read returns."""
     descriptor = os.open(f"/proc/self/fd/{pipe}", os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
-    with contextlib.suppress(OSError):  # whoever has it already may have filled it
+    with contextlib.suppress(OSError):  # a process that already has it may have filled it
         fcntl.fcntl(descriptor, fcntl.F_SETPIPE_SZ, _ALL)
     return descriptor
 
 
 def shared_event(*, both_ways: bool = False) -> EventDescriptor:
-    """An event of the hub's that clients get `copies` of: it signals them; `both_ways`: they signal each other, too."""
+    """An event of the hub; clients get `copies` of it. It signals them; `both_ways`: they also signal each other."""
     return EventDescriptor(shared=True)
 
 
@@ -173,7 +173,7 @@ class AnyOf:
         self._poll.register(event.fileno(), select.EPOLLIN)
 
     def remove(self, event: EventDescriptor) -> None:
-        """Before it is closed."""
+        """Remove an event; must be called before it is closed."""
         with contextlib.suppress(OSError, ValueError):  # closed before, and so gone from the poll
             self._poll.unregister(event.fileno())
 
@@ -182,7 +182,7 @@ class AnyOf:
 
 
 def sharpen_sleep() -> None:
-    """Let this thread's sleeps end on time: Linux lets them run some 50 microseconds over unless told otherwise."""
+    """Make this thread's sleeps end on time: by default Linux lets them take some 50 microseconds longer."""
     with contextlib.suppress(OSError):  # not Linux, or no /proc: then they run over
         descriptor = os.open(f"/proc/{threading.get_native_id()}/timerslack_ns", os.O_WRONLY)
         try:
@@ -192,7 +192,7 @@ def sharpen_sleep() -> None:
 
 
 def peer_of(connection: socket.socket) -> tuple[int, int] | None:
-    """Process and user at the other end of a Unix socket; None where the system does not tell."""
+    """Process and user at the other end of a Unix socket; None if the system does not report them."""
     if not hasattr(socket, "SO_PEERCRED"):
         return None
     credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
@@ -201,7 +201,7 @@ def peer_of(connection: socket.socket) -> tuple[int, int] | None:
 
 
 def create_memory(size: int) -> int:
-    """Descriptor of new shared memory of zeros, gone with the last process that has it; nobody can shrink it."""
+    """Descriptor of new, zeroed shared memory. It ends with the last process that has it, and cannot be shrunk."""
     if hasattr(os, "memfd_create"):
         descriptor = os.memfd_create("canwire", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         os.ftruncate(descriptor, size)
@@ -217,7 +217,7 @@ def create_memory(size: int) -> int:
 
 
 def map_memory(descriptor: int) -> memoryview:
-    """The whole memory behind a descriptor, which may be closed afterwards."""
+    """The whole memory of a descriptor, which may be closed afterwards."""
     size = os.fstat(descriptor).st_size
     if sys.version_info >= (3, 13):
         return memoryview(mmap.mmap(descriptor, size, trackfd=False))  # else it keeps a duplicate
@@ -231,7 +231,7 @@ def close_descriptors(*descriptors: int) -> None:
 
 
 def duplicate(descriptors: tuple[int, ...]) -> tuple[int, ...]:
-    """Descriptors of one's own for the same things: for all of them, or OSError and none."""
+    """New descriptors for the same objects: for all of them, or OSError and none."""
     copies: list[int] = []
     try:
         for descriptor in descriptors:

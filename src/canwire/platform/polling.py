@@ -1,4 +1,4 @@
-"""Waiting for any of many descriptors, as Linux does it best."""
+"""Waiting for any of many descriptors, by the best means of Linux."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Poller:
-    """Waits for any of many descriptors; `READABLE` and `WRITABLE` are the bits of what it finds."""
+    """Waits for any of many descriptors; `READABLE` and `WRITABLE` are bits of the events that it returns."""
 
     READABLE = select.POLLIN
     WRITABLE = select.POLLOUT
@@ -24,7 +24,7 @@ class Poller:
         self._finer = [own] if own < 1024 else []
 
     def watch(self, descriptor: int, events: int) -> None:
-        """From now on, or in place of the events before."""
+        """Watch a descriptor for these events, which replace earlier ones."""
         if descriptor in self._known:
             self._poll.modify(descriptor, events)
         else:
@@ -32,13 +32,13 @@ class Poller:
             self._known.add(descriptor)
 
     def unwatch(self, descriptor: int) -> None:
-        """Before it is closed; an unknown one is ignored."""
+        """Stop watching a descriptor, before it is closed; an unknown one is ignored."""
         if descriptor in self._known:
             self._known.remove(descriptor)
             self._poll.unregister(descriptor)
 
     def wait(self, timeout: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
+        """Descriptors and their events within `timeout` seconds (None: forever). A broken one counts as readable."""
         if timeout is None or timeout <= 0 or not self._finer:
             return self._found(timeout)
         if timeout > _LONG_S:  # most such waits end long before: then this is one system call, not two

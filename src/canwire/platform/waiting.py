@@ -1,4 +1,4 @@
-"""Waiting for descriptors: for any of some, and for an event until something is settled."""
+"""Waiting for any of several descriptors, and for an event until a condition is true."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _wake_up: socket.socket | None = None  # readable once a signal has come, while 
 
 
 def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
-    """Block until one of them is readable, `timeout` seconds at most (None: for ever); False when time is over."""
+    """Block until one of them is readable, `timeout` seconds at most (None: forever); False if none is by then."""
     wake_up = _wake_up
     if wake_up is None or timeout == 0 or threading.current_thread() is not threading.main_thread():
         return _any_readable(descriptors, timeout)
@@ -31,18 +31,18 @@ def wait_readable(descriptors: list[int], timeout: float | None) -> bool:
 
 
 def hears_signals() -> bool:
-    """This thread's waits are within `signals_end_waits`."""
+    """Whether the waits of this thread are within `signals_end_waits`."""
     return _wake_up is not None and threading.current_thread() is threading.main_thread()
 
 
 @contextlib.contextmanager
 def signals_end_waits() -> Iterator[None]:
-    """For programs with handlers of their own that raise, or set what is waited for: none comes too late for a wait.
+    """For programs whose signal handlers raise or end a wait: within this context, every signal ends the wait in time.
 
-    Python runs a signal's handler when it next looks. A signal between its last look and the system's wait (some ten
-    microseconds) would be heard only when that wait is over: never, where it has no timeout. Within this context all
-    waits of the main thread for frames, messages and events hear of signals whenever they come. Takes the place of
-    signal.set_wakeup_fd meanwhile. Elsewhere than in the main thread, which alone hears signals, it does nothing.
+    Python runs the handler of a signal at its next check. A signal between the last check and the system's wait (some
+    ten microseconds) would be handled only after that wait, and never if the wait has no timeout. Within this context
+    signals interrupt all waits of the main thread for frames, messages and events. It uses signal.set_wakeup_fd
+    meanwhile. In other threads, which receive no signals, it does nothing.
     """
     global _wake_up
     if threading.current_thread() is not threading.main_thread():
@@ -60,7 +60,7 @@ def signals_end_waits() -> Iterator[None]:
 
 
 def _pair() -> tuple[socket.socket, socket.socket]:
-    """What goes into the second comes out of the first; neither blocks."""
+    """Two sockets: the first receives what the second sends; neither blocks."""
     if not hasattr(socket, "socketpair"):
         from canwire.platform.portable.pairs import connected_pair
 
@@ -83,22 +83,22 @@ def _any_readable(descriptors: list[int], timeout: float | None) -> bool:
 
 
 class Waiting:
-    """What can be waited for again and again."""
+    """An object that can be waited for repeatedly."""
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
+        """Consume a signal, waiting at most `timeout` seconds for it (None: forever); False if none came."""
         raise NotImplementedError
 
     def rest(self) -> None:
-        """`wait` for ever, by the one thread of the one process that ever consumes these signals."""
+        """`wait` without a timeout, in the only thread of the only process that consumes these signals."""
         self.wait()
 
     def wait_for(
         self, settled: Callable[[], bool], timeout: float | None, recheck: float | None = None
     ) -> bool:
-        """Wait for signals until `settled()`, which is asked after each, is True; False once the time is over.
+        """Wait for signals until `settled()`, called after each signal, is True; False if the time is over before.
 
-        `recheck` asks it every so many seconds even without a signal.
+        With `recheck` it is also called every `recheck` seconds without a signal.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while not settled():

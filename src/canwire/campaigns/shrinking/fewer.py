@@ -1,4 +1,4 @@
-"""Fewer of something, and simpler values, while a failure persists. No lab, no I/O: `fails` plays what it is given."""
+"""Finds fewer items and simpler values with which a failure persists. No lab, no I/O: the function `fails` plays."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ _HALVINGS = 6
 
 
 def fewest(items: Sequence[int], fails: Callable[[Sequence[int]], Sequence[int] | None]) -> list[int]:
-    """A part of `items` without any one of which there is no failure any more.
+    """A minimal part of `items`: without any one of them the failure disappears.
 
-    `fails` gives those of the part that really took place, None where the failure is gone. Larger pieces are left out
-    first. Source: Zeller and Hildebrandt, Simplifying and Isolating Failure-Inducing Input, 2002 (its complements).
+    `fails` plays a part and returns the items that took place, or None if the failure disappears. Larger pieces are
+    left out first. Source: Zeller and Hildebrandt, Simplifying and Isolating Failure-Inducing Input, 2002 (its
+    complements).
     """
     rest = list(items)
     if not rest:
@@ -39,10 +40,10 @@ def fewest(items: Sequence[int], fails: Callable[[Sequence[int]], Sequence[int] 
 
 
 def simplest(campaign: Campaign, name: str, value: Value, fails: Fails) -> Value:
-    """The value nearest to the parameter's default with which it fails, as far as halving finds it.
+    """The value nearest to the parameter's aim with which the run fails, within the precision of repeated halving.
 
-    The default is the function's own if that is among the values; else the first of a list, 0 or what is nearest to
-    it of a number that is drawn.
+    The aim is the default of the function's argument if it is among the values; otherwise the first value of a list,
+    or, for a drawn number, 0 or the value nearest to 0.
     """
     default = campaign.default(name)
     draw = campaign.space.draws.get(name)
@@ -62,7 +63,7 @@ def simplest(campaign: Campaign, name: str, value: Value, fails: Fails) -> Value
 
 
 def least_prefix(most: int, fails: Callable[[Sequence[int]], object]) -> int:
-    """How many of the first of `most` are needed for the failure; `most` where it is gone without the others."""
+    """The length of the shortest prefix of `most` items that fails; `most` if the failure needs all of them."""
     if not fails(range(most)):
         return most
     return _whole(most, 0, lambda count: bool(fails(range(count))))
@@ -81,7 +82,7 @@ def _whole(value: int, aim: int, fails: Callable[[int], bool]) -> int:
 
 
 def _number(draw: Draw, value: float, aim: float, fails: Fails) -> float:
-    """Fewer digits, then nearer, by factors where it was drawn so."""
+    """Try fewer digits, then nearer values, by factors for a logarithmic draw."""
     if value == aim or fails(aim):
         return aim
     for digits in _DIGITS:

@@ -1,4 +1,4 @@
-"""The smallest cause of a failure: what a run can do without, and fail in the same way at the same place."""
+"""The smallest cause of a failure: a run with as little as possible that still fails in the same way and place."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ _UNITS = {FAULTS: "faults", NOISE: "bits of noise", FRAMES: "frames"}
 
 @dataclass(frozen=True)
 class SmallestCause:
-    """A run that fails as another one did, with less.
+    """A run that fails in the same way as another one, with fewer frames, faults and noise or simpler parameters.
 
-    `line` plays it once more. `given` are the parameters that were changed, `only` what takes place of each kind
-    ("frames", "faults", "noise") by number, `words` says of each what it is; `flips` are bits that are inverted in
-    place of noise, as "can0:103:45" for bit 45 of the first frame 0x103. `counts` has by kind how many take place, and
-    how many did in the run that was shrunk (0 where its process ended). `trials` runs were played to find it;
-    `complete` is False where there were no more, so that it may not be the smallest.
+    `line` is the command that repeats it. `given` are the changed parameters, `only` the numbers that take place of
+    each kind ("frames", "faults", "noise"), `words` their descriptions; `flips` are inverted bits that replace noise,
+    such as "can0:103:45" for bit 45 of the first frame 0x103. `counts` contains by kind how many take place, and how
+    many did in the run that was shrunk (0 if its process ended). `trials` is the number of runs that were played to
+    find it; `complete` is False if the trials were used up, so that a smaller cause may exist.
     """
 
     run: CampaignRun
@@ -57,7 +57,7 @@ class SmallestCause:
             if before or kind in self.only
         )
         end = "" if self.complete else "; no trial was left to look for a smaller one"
-        head = f"fails likewise with {left or 'the same'}, found by {self.trials} runs{end}:"
+        head = f"still fails with {left or 'the same'}, found by {self.trials} runs{end}:"
         rest = len(self.words) - _MOST_LINES
         more = [f"  and {rest} more"] if rest > 0 else []
         return "\n".join([head, self.line, *(f"  {one}" for one in self.words[:_MOST_LINES]), *more])
@@ -72,13 +72,13 @@ def shrink_run(
     most_runs: int = MOST_TRIALS,
     time_limit: float | None = None,
 ) -> SmallestCause:
-    """The smallest cause of run `number`, which fails, in a campaign that was started with `seed`.
+    """Find the smallest cause of run `number`, which fails, in a campaign that was started with `seed`.
 
-    It is played up to `most_runs` times, 2 to 1,000,000, each time with other parameters or without some of its faults,
-    of the bits that noise inverts, and of the frames that are sent; what fails with the same verdict, by the same
-    exception at the same line of the campaign's file, is kept. A frame that is left out counts as sent for the script.
-    The same call gives the same result. `time_limit` is for each of these runs (None: ten times what the run takes,
-    at least 5 s). Raises BadValue for a run that passes, or fails differently each time.
+    The run is played up to `most_runs` times, 2 to 1,000,000, each time with simpler parameters or without some of its
+    faults, of the bits that noise inverts, or of the frames that are sent. A change is kept if the run still fails with
+    the same verdict, by the same exception at the same line of the campaign's file. For the script, a frame that is
+    left out counts as sent. The same call gives the same result. `time_limit` in s applies to each of these runs (None:
+    ten times the duration of the run, at least 5 s). Raises BadValue if the run passes, or fails differently each time.
     """
     return smallest_cause(script_of(campaign, name), number, seed, most_runs, time_limit)
 
@@ -86,7 +86,7 @@ def shrink_run(
 def smallest_cause(
     script: Script, number: int, seed: int, most_runs: int, time_limit: float | None
 ) -> SmallestCause:
-    """The same, of a file that was read already."""
+    """Find the smallest cause of a run of a file that was already read."""
     rules = Rules(whole("seed", seed, 0, 1 << 63), limit_of(time_limit))
     made = script.load()
     trials = Trials(script, rules, whole("most_runs", most_runs, 2, 1_000_000))
@@ -96,7 +96,7 @@ def smallest_cause(
 
 
 class _Search:
-    """One search; `_best` is the smallest change found so far, `_run` what came of it."""
+    """One search; `_best` is the smallest change found so far, `_run` its result."""
 
     def __init__(self, trials: Trials, campaign: Campaign, played: Played) -> None:
         self._trials = trials
@@ -148,7 +148,7 @@ class _Search:
             self._tried(replace(pinned, flips=(*self._best.flips, *flips)))
 
     def _items(self, kind: str) -> Sequence[int]:
-        """What took place; nobody knows of a run that ended its process, where prefixes are tried."""
+        """The numbers that took place; unknown for a run that ended its process, so prefixes are tried for it."""
         if self._run.took:
             return sorted(self._run.took[kind])
         if kind in self._best.only:
@@ -160,7 +160,7 @@ class _Search:
         return self._tried(self._best.with_value(name, value))
 
     def _fails_without(self, kind: str, part: Sequence[int]) -> Sequence[int] | None:
-        """What is left of the kind, if it fails."""
+        """The numbers of the kind that are left, if the run still fails."""
         if not self._tried(self._best.with_only(kind, part)):
             return None
         left = sorted(self._run.took.get(kind, part))
@@ -168,7 +168,7 @@ class _Search:
         return left
 
     def _tried(self, change: Change) -> bool:
-        """Is it the same failure? Then that is the best so far."""
+        """Whether the failure is the same; if so, this change is the best so far."""
         run = self._trials.play(self._first.number, change, until_ns=self._until_ns)
         if (run.verdict, run.place) != (self._first.verdict, self._first.place):
             return False

@@ -1,4 +1,4 @@
-"""A run with changes, played in a process of its own, since it may end that: many, one after the other."""
+"""Plays many changed runs one after the other, in a separate process, because a run may end its process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Spent(Exception):
 
 
 class Trials:
-    """At most `most` runs; a change that was tried already costs none."""
+    """Plays at most `most` runs; a change that was already tried is not played again."""
 
     def __init__(self, script: Script, rules: Rules, most: int) -> None:
         self.script = script
@@ -27,7 +27,7 @@ class Trials:
     def play(
         self, number: int, change: Change, *, words: bool = False, until_ns: int | None = None
     ) -> CampaignRun:
-        """Run `number` with these changes. Raises Spent, BadValue, HubError as a campaign does."""
+        """Play run `number` with these changes. Raises Spent when no trial is left, and BadValue, HubError."""
         key = f"{number} {words} {change.options()}"
         if key not in self._known:
             if self.count >= self._most and not words:

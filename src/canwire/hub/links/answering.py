@@ -1,4 +1,4 @@
-"""How a hub is called on this system; the other side of calling.py, which loads no boards."""
+"""The hub's side of connections on this system. The programs' side is calling.py, which loads no boards."""
 
 from __future__ import annotations
 

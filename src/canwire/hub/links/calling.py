@@ -1,4 +1,4 @@
-"""How programs call a hub in another process on this system: over a Unix socket, or the loopback address."""
+"""How programs connect to a hub in another process on this system: over a Unix socket, or the loopback address."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A link to a hub in this very process: the same calls, without a socket."""
+"""A link to a hub in the same process: the same calls, without a socket."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from canwire.hub.owner.session import Session
     from canwire.hub.protocol.messages import Message
 
-_SILENCE_NS = 3_600_000_000_000  # no request takes so long: boards' clocks tick for ever
+_SILENCE_NS = 3_600_000_000_000  # no request takes so long: boards' clocks tick without end
 
 
 class LocalLink:
-    """hub/protocol/link.py's Link to an engine of this process, which outlives it; `released` is called at its close.
+    """The Link of hub/protocol/link.py to an engine of this process, which outlives the link.
 
-    In virtual time an answer that takes time lets that time pass in the calling thread.
+    `released` is called when the link is closed. In virtual time, a call that takes time advances the time in the
+    calling thread.
     """
 
     address = ""
@@ -78,7 +79,7 @@ class LocalLink:
         self.doorbell.signal()
 
     def close(self) -> None:
-        """Give back everything held; a second time does nothing."""
+        """Release all leases; a second call does nothing."""
         with self._lock:
             closed, self._closed = self._closed, True
         if closed:
@@ -150,7 +151,7 @@ class LocalLink:
         self._engine.attempt(lambda: self._engine.world.close_session(self._session))
 
     def _lose(self) -> None:
-        """The engine ends: whoever waits wakes up, listeners are told."""
+        """The engine ends: wake waiting threads and notify listeners."""
         self._fail_calls()
         self._notices.tell(None)
 

@@ -1,4 +1,4 @@
-"""How a link passes on what its hub tells unasked."""
+"""Passes the notices of a hub to the listeners of a link."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 class Notices:
-    """Tells every listener every notice, in order, on a thread that is there while there is something to tell.
+    """Calls every listener with every notice, in order, in a thread that runs only while notices are pending.
 
-    So a listener may take its time, take locks and ask the hub. One that raises is shown on stderr.
+    So a listener may block, take locks and call the hub. The exception of a listener is printed to stderr.
     """
 
     def __init__(self) -> None:
@@ -44,13 +44,13 @@ class Notices:
             self._tell_all()
 
     def close(self) -> None:
-        """Nobody is told anything any more."""
+        """Stop passing on notices."""
         with self._lock:
             self._closed = True
             self._waiting.clear()
 
     def _is_next(self, notice: Message | None) -> bool:
-        """Queue it; True if it is up to the caller to see that it is told."""
+        """Queue the notice; True if the caller must pass it on."""
         with self._lock:
             if self._closed or not self._listeners:
                 return False

@@ -1,6 +1,6 @@
-"""Events without descriptors that travel: each process has its own, and links tell each other of signals.
+"""Events for systems that cannot send descriptors: each process has a copy, and links pass signals on to the others.
 
-Inside a process an event is a pair of sockets, made when somebody first waits for it or asks for its `fileno`.
+Inside a process an event is a pair of sockets, made at the first wait for it or the first call of `fileno`.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ class Beyond(Protocol):
     """Where the other copies of an event are."""
 
     def signalled(self, event: EventDescriptor) -> None:
-        """This copy was signalled here: let the others hear of it, if they are meant to."""
+        """This copy was signalled here: signal the other copies, if they are meant to receive it."""
 
     def left(self, event: EventDescriptor) -> None:
         """This copy was closed."""
 
 
 class Follower(Protocol):
-    """Is told whenever an event is signalled here or from elsewhere, and whenever that was taken back."""
+    """Is notified when an event is signalled, here or by another copy, and when the signal is cleared."""
 
     def heard(self) -> None: ...
     def cleared(self) -> None: ...
@@ -48,7 +48,7 @@ class EventDescriptor(Waiting):
 
     @classmethod
     def adopt(cls, *copies: EventDescriptor) -> EventDescriptor:
-        """Take over a copy that a link brought."""
+        """Take over a copy that arrived over a link."""
         return copies[0]
 
     @classmethod
@@ -61,7 +61,7 @@ class EventDescriptor(Waiting):
         return f"<event descriptor {state}>"
 
     def copies(self) -> tuple[EventDescriptor, ...]:
-        """One more of this `shared` event, in this process; whoever asks owns it."""
+        """One more copy of this `shared` event, in this process; the caller owns it."""
         assert isinstance(self._beyond, SharedEvent), "only a shared event is passed on"
         return self._beyond.copies()
 
@@ -78,12 +78,12 @@ class EventDescriptor(Waiting):
         return self._beyond
 
     def signal(self) -> None:
-        """Wake whoever waits; signals that nobody has consumed yet count as one."""
+        """Wake a waiting thread; signals that were not consumed yet count as one."""
         self.receive()
         self.tell_others()
 
     def tell_others(self) -> None:
-        """Signal the other copies, if they are meant to hear of this one."""
+        """Signal the other copies, if they are meant to receive signals of this one."""
         beyond = self._beyond
         if beyond is not None:
             beyond.signalled(self)
@@ -100,14 +100,14 @@ class EventDescriptor(Waiting):
             follower.heard()
 
     def is_set(self) -> bool:
-        """Signalled now; takes nothing."""
+        """Whether it is signalled now; does not consume the signal."""
         pair = self._pair
         if self._closed or pair is None:
             return self._pending
         return wait_readable([pair[0].fileno()], 0)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Consume a signal, waiting `timeout` seconds for it (None: for ever); False when none came."""
+        """Consume a signal, waiting at most `timeout` seconds for it (None: forever); False if none came."""
         if self._closed:
             return False
         if self._pair is None and timeout == 0:
@@ -119,7 +119,7 @@ class EventDescriptor(Waiting):
         return taken
 
     def take(self) -> bool:
-        """Consume whatever signal there is, without waiting; was there one?"""
+        """Consume a pending signal without waiting; returns whether one was pending."""
         taken, self._pending = self._pending, False
         if self._pair is not None:
             taken = self._drain() or taken
@@ -127,11 +127,11 @@ class EventDescriptor(Waiting):
         return taken
 
     def clear(self) -> None:
-        """Consume whatever signal there is, without waiting."""
+        """Consume a pending signal without waiting."""
         self.take()
 
     def follow(self, follower: Follower) -> None:
-        """Tell it of signals and of their taking back from now on."""
+        """Notify this follower of signals, and of their clearing, from now on."""
         with self._lock:
             self._followers = (*self._followers, follower)
 
@@ -140,12 +140,12 @@ class EventDescriptor(Waiting):
             self._followers = tuple(other for other in self._followers if other is not follower)
 
     def end(self) -> None:
-        """The hub has closed the event that this is a copy of."""
+        """The hub has closed the original event of this copy."""
         for follower in self._followers:
             follower.ended()
 
     def close(self) -> None:
-        """A second time does nothing; from now on nothing is signalled here."""
+        """Close it; a second call does nothing. Later calls signal nothing."""
         with self._lock:
             closed, self._closed = self._closed, True
             pair, self._followers = self._pair, ()
@@ -195,7 +195,7 @@ class EventDescriptor(Waiting):
 
 
 class SharedEvent:
-    """An event of the hub's: each client has a copy of it, in this process or behind a link."""
+    """An event of the hub: each client has a copy of it, in this process or over a link."""
 
     def __init__(self, both_ways: bool) -> None:
         self._both_ways = both_ways
@@ -203,24 +203,24 @@ class SharedEvent:
         self._copies: tuple[EventDescriptor, ...] = ()
 
     def copies(self) -> tuple[EventDescriptor, ...]:
-        """One more for a client; whoever asks owns it."""
+        """One more copy, for a client; the caller owns it."""
         copy = EventDescriptor(self)
         self.joined_by(copy)
         return (copy,)
 
     def joined_by(self, copy: EventDescriptor) -> SharedEvent:
-        """This one is a copy from now on."""
+        """Make this event a copy from now on."""
         with self._lock:
             self._copies = (*self._copies, copy)
         return self
 
     @property
     def both_ways(self) -> bool:
-        """Clients signal each other."""
+        """Whether clients signal each other."""
         return self._both_ways
 
     def signal(self) -> None:
-        """Wake whoever waits for a copy."""
+        """Wake the threads that wait for a copy."""
         for copy in self._copies:
             copy.receive()
 
@@ -238,7 +238,7 @@ class SharedEvent:
             self._copies = tuple(copy for copy in self._copies if copy is not event)
 
     def close(self) -> None:
-        """Nothing is signalled any more; clients keep what they have."""
+        """End it: nothing is signalled any more; clients keep their copies."""
         with self._lock:
             copies, self._copies = self._copies, ()
         for copy in copies:
@@ -246,7 +246,7 @@ class SharedEvent:
 
 
 def shared_event(*, both_ways: bool = False) -> SharedEvent:
-    """An event of the hub's that clients get `copies` of: it signals them; `both_ways`: they signal each other, too."""
+    """An event of the hub; clients get `copies` of it. It signals them; `both_ways`: they also signal each other."""
     return SharedEvent(both_ways)
 
 
@@ -268,7 +268,7 @@ class AnyOf:
         self.cleared()
 
     def remove(self, event: EventDescriptor) -> None:
-        """Before it is closed."""
+        """Remove an event; must be called before it is closed."""
         event.unfollow(self)
         self._events = tuple(other for other in self._events if other is not event)
         self.cleared()
@@ -277,13 +277,13 @@ class AnyOf:
         self._own.signal()
 
     def cleared(self) -> None:
-        """Look anew; a signal that comes meanwhile is told after this has cleared its own."""
+        """Check all events again; `heard` reports a signal in the meantime after this has cleared `_own`."""
         self._own.clear()
         if any(event.is_set() for event in self._events):
             self._own.signal()
 
     def ended(self) -> None:
-        """Its owner may still signal it."""
+        """Nothing to do: the owner of the event may still signal it."""
 
     def close(self) -> None:
         for event in self._events:

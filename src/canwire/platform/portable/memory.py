@@ -1,8 +1,8 @@
-"""Shared memory as files: of a random name, for their user alone, gone as soon as nobody needs the name any more.
+"""Shared memory as files with random names, which only their user can access, removed when the name is not needed.
 
-The hub makes such a file; the name is removed once each of its descriptors in that process is closed, which is
-when the client has opened the file too. Windows removes no file that anybody has mapped: there it stays until the next
-one is made after that. What a killed process left behind is removed by the next one that makes any.
+The hub makes such a file. It removes the name once all its own descriptors of the file are closed, which happens
+when the client has opened the file too. Windows cannot remove a file that is mapped: the file then stays until the
+next one is made. Files of a killed process are removed by the next process that makes one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _FLAGS = (
 
 
 class _Name:
-    """A file's name, as long as somebody in this process may want to pass it on."""
+    """The name of a file, while this process may still pass it on."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -51,7 +51,7 @@ class _Name:
 
 
 class Memory:
-    """An open file of shared memory; `name` is None at those who did not make it."""
+    """An open file of shared memory; `name` is None in processes that did not make it."""
 
     def __init__(self, descriptor: int, name: _Name | None) -> None:
         self.descriptor = descriptor
@@ -62,9 +62,9 @@ class Memory:
 
     @classmethod
     def open(cls, path: str) -> Memory:
-        """What a hub has made; raises PermissionError for anything but a file of this user's (or root's) alone."""
+        """Open memory that a hub made; raises PermissionError unless only this user (or root) can access the file."""
         if not _NAME.fullmatch(os.path.basename(path)):
-            raise PermissionError(f"{path}: no name of shared memory")
+            raise PermissionError(f"{path}: not a name of shared memory")
         descriptor = os.open(path, _FLAGS)
         try:
             check_private(path, os.fstat(descriptor))
@@ -91,9 +91,9 @@ class Memory:
 
 
 def check_private(path: str, state: os.stat_result) -> None:
-    """Raises PermissionError for what is no file, another user's, or open to others.
+    """Raises PermissionError if it is not a plain file, belongs to another user, or is open to others.
 
-    On Windows the rights of its directory count, which Python cannot read.
+    On Windows access depends on the rights of the directory, which Python cannot read.
     """
     if not stat.S_ISREG(state.st_mode):
         raise PermissionError(f"{path}: not a plain file")
@@ -104,7 +104,7 @@ def check_private(path: str, state: os.stat_result) -> None:
 
 
 def create_memory(size: int) -> Memory:
-    """New shared memory of zeros; raises OSError where there is no room for it."""
+    """New, zeroed shared memory; raises OSError if no room is left for it."""
     directory = runtime_directory()
     if sys.platform == "win32" or directory not in _SWEPT:
         _SWEPT.add(directory)
@@ -120,7 +120,7 @@ def create_memory(size: int) -> Memory:
 
 
 def map_memory(memory: Memory) -> memoryview:
-    """The whole of it; `memory` may be closed afterwards."""
+    """The whole memory as a view; `memory` may be closed afterwards."""
     size = os.fstat(memory.descriptor).st_size
     if sys.version_info >= (3, 13) and sys.platform != "win32":
         return memoryview(mmap.mmap(memory.descriptor, size, trackfd=False))  # else it keeps a duplicate
@@ -128,7 +128,7 @@ def map_memory(memory: Memory) -> memoryview:
 
 
 def duplicate(memories: tuple[Memory, ...]) -> tuple[Memory, ...]:
-    """The same memory open once more: for all of them, or OSError and none."""
+    """The same memory opened again: all of them, or OSError and none."""
     copies: list[Memory] = []
     try:
         for memory in memories:
@@ -146,7 +146,7 @@ def close_descriptors(*things: Memory | EventDescriptor) -> None:
 
 
 def remove_stale(directory: str) -> list[str]:
-    """Remove what nobody has any more: files of processes that are gone; returns the names."""
+    """Remove the files of processes that are gone; returns their names."""
     removed = []
     for name in os.listdir(directory):
         found = _NAME.fullmatch(name)
@@ -158,7 +158,7 @@ def remove_stale(directory: str) -> list[str]:
 
 
 def _lives(process: int) -> bool:
-    if sys.platform == "win32":  # there no file can be removed that anybody has open: trying tells
+    if sys.platform == "win32":  # an open file cannot be removed there, so removing it is the test
         return False
     try:
         os.kill(process, 0)

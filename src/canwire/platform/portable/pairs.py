@@ -1,4 +1,4 @@
-"""TCP sockets that reach no further than this machine, and pairs of them inside one process."""
+"""TCP sockets that only this machine can reach, and pairs of them inside one process."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _ABORT = struct.pack("HH" if sys.platform == "win32" else "ii", 1, 0)
 
 
 def loopback_listener(backlog: int) -> socket.socket:
-    """A listening socket on a port that the system chooses, and that nobody else can listen on meanwhile."""
+    """A listening socket on a port that the system chooses, and that no other program can listen on meanwhile."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # on Windows others could take the port over without it
@@ -25,7 +25,7 @@ def loopback_listener(backlog: int) -> socket.socket:
 
 
 def connected_pair() -> tuple[socket.socket, socket.socket]:
-    """What goes into the second comes out of the first; neither blocks, and closing leaves no port behind."""
+    """Two sockets: the first receives what the second sends. Neither blocks, and closing them frees the port."""
     with loopback_listener(8) as listener:
         writer = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
@@ -42,7 +42,7 @@ def connected_pair() -> tuple[socket.socket, socket.socket]:
 
 
 def _caller(listener: socket.socket, wanted: object) -> socket.socket:
-    """The one who calls from there; any stranger who was quicker is turned away."""
+    """The connection from the `wanted` address; connections from other programs are closed."""
     while True:
         caller, address = listener.accept()
         if address == wanted:

@@ -1,4 +1,4 @@
-"""Waiting for any of many sockets with what every system has: kqueue on macOS and the BSDs, else select."""
+"""Waiting for any of many sockets on every system: with kqueue on macOS and the BSDs, otherwise with select."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SELECT_TAKES = 512 if sys.platform == "win32" else 1024
 
 
 class Poller:
-    """Waits for any of many sockets; `READABLE` and `WRITABLE` are the bits of what it finds."""
+    """Waits for any of many sockets; `READABLE` and `WRITABLE` are bits of the events that it returns."""
 
     READABLE = selectors.EVENT_READ
     WRITABLE = selectors.EVENT_WRITE
@@ -23,7 +23,7 @@ class Poller:
         self._limited = kqueue is None
 
     def watch(self, descriptor: int, events: int) -> None:
-        """From now on, or in place of the events before; raises OSError (EMFILE) where select takes no more."""
+        """Watch a socket for these events, which replace earlier ones; raises OSError (EMFILE) if select is full."""
         if descriptor in self._selector.get_map():
             self._selector.modify(descriptor, events)
         elif self._limited and self._full(descriptor):
@@ -32,12 +32,12 @@ class Poller:
             self._selector.register(descriptor, events)
 
     def unwatch(self, descriptor: int) -> None:
-        """Before it is closed; an unknown one is ignored."""
+        """Stop watching a socket, before it is closed; an unknown one is ignored."""
         if descriptor in self._selector.get_map():
             self._selector.unregister(descriptor)
 
     def wait(self, timeout: float | None) -> list[tuple[int, int]]:
-        """Sockets and their events within `timeout` seconds (None: for ever). A broken one is readable, too."""
+        """Sockets and their events within `timeout` seconds (None: forever). A broken one counts as readable."""
         if self._limited and not self._selector.get_map():  # Windows' select refuses to wait for nothing
             threading.Event().wait(timeout)
             return []
@@ -53,7 +53,7 @@ class Poller:
 
 
 def sharpen_sleep() -> None:
-    """Let waits end on time: Windows looks at its clock every 15.6 ms unless somebody asks for 1 ms."""
+    """Make waits end on time: Windows checks its clock every 15.6 ms unless a program requests 1 ms."""
     if sys.platform == "win32":
         import ctypes
 

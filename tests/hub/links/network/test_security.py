@@ -88,7 +88,7 @@ def test_who_is_not_known_is_not_let_in() -> None:
     with offered(access=Access(users=USERS)) as place:
         with pytest.raises(HubLost, match="does not let alice with this password in"):
             as_user(place, "alice", "wrong", soon)
-        with pytest.raises(HubLost, match="does not let anybody without a name in"):
+        with pytest.raises(HubLost, match="does not let anyone without a name in"):
             elsewhere(place.address, soon)
 
 

@@ -1,6 +1,6 @@
-"""What the two ends of a loopback link say besides requests and replies: events, and memory by its file's name.
+"""The payloads of a loopback link besides requests and replies: events, and shared memory by the name of its file.
 
-A payload that begins with one of these letters is no message (those begin with msgpack's mark of an array):
+A payload that begins with one of these letters is not a message (messages begin with msgpack's mark of an array):
 
     S number    either way: the event of this number was signalled (0: the client's doorbell)
     P items     hub to client: memory and events that the next reply counts

@@ -1,4 +1,4 @@
-"""A link over the loopback address: memory is opened by its file's name, events are heard of over the connection."""
+"""A link over the loopback address: memory is opened by the name of its file, events arrive over the connection."""
 
 from __future__ import annotations
 
@@ -28,20 +28,18 @@ _NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 
 
 class LoopbackLink(StreamLink):
-    """`address` is the path of the file that tells the hub's port."""
+    """A link to the hub whose port is in the file at the path `address`."""
 
     _dial = staticmethod(dial)
 
     def __init__(self, address: str, name: str, hello_s: float = HELLO_S) -> None:
         self._events: weakref.WeakValueDictionary[int, EventDescriptor] = weakref.WeakValueDictionary()
-        self._left: deque[int] = (
-            deque()
-        )  # events that were closed, which the hub is told of with the next request
+        self._left: deque[int] = deque()  # closed events, which are reported to the hub with the next request
         sharpen_sleep()  # of the whole program: what it waits for with a timeout ends on time, too
         super().__init__(address, name, hello_s)
 
     def ring(self, number: int) -> None:
-        """Tell the hub that this event was signalled here."""
+        """Report to the hub that this event was signalled here."""
         self._say(asides.numbered(asides.SIGNALLED, number))
 
     def leave(self, number: int) -> None:

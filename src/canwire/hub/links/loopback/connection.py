@@ -22,7 +22,7 @@ _ASIDES = (asides.SIGNALLED, asides.FETCHED, asides.DROPPED)
 
 
 class LoopbackConnection(Connection):
-    """`process` is what the client says: whoever knows the token is trusted with that."""
+    """`process` is the number that the client sent, which is trusted because the client knows the token."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class LoopbackConnection(Connection):
             self._passing.take(payload)
 
     def _ring(self) -> None:
-        """Look at the client's queues soon: once, however often it rang."""
+        """Check the client's queues soon: once, for any number of signals."""
         if not self._ringing:
             self._ringing = True
             self._engine.post(self._answer_ring)
@@ -81,7 +81,7 @@ class LoopbackConnection(Connection):
                 self._engine.post(partial(self._tell_here, number))
 
     def _tell_here(self, number: int) -> None:
-        """At once, since somebody waits; what the socket does not take goes out later."""
+        """Send immediately, because the client waits; bytes that the socket does not accept are sent later."""
         if self._closed:
             return
         try:

@@ -1,4 +1,4 @@
-"""What a hub has passed on to one client of a loopback link: memory by name, events by number."""
+"""The objects that a hub has passed to one client of a loopback link: memory by name, events by number."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_UNFETCHED = 256
 
 
 class Passing:
-    """In the engine's thread. `tell` is called with an event's number, from any thread, whenever it is signalled."""
+    """Runs in the engine's thread. `tell` is called, from any thread, with the number of an event that is signalled."""
 
     def __init__(self, tell: Callable[[int], object]) -> None:
         self._tell = tell
@@ -85,7 +85,7 @@ class Passing:
 
 
 class _Relay:
-    """Follows a copy of an event, and tells its client."""
+    """Follows a copy of an event, and reports its signals to the client."""
 
     def __init__(self, number: int, tell: Callable[[int], object], forget: Callable[[int], object]) -> None:
         self._number = number
@@ -96,7 +96,7 @@ class _Relay:
         self._tell(self._number)
 
     def cleared(self) -> None:
-        """The client has a signal of its own to clear."""
+        """Nothing to do: the client clears its copy of the signal."""
 
     def ended(self) -> None:
         self._forget(self._number)

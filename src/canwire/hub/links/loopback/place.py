@@ -1,4 +1,4 @@
-"""Where a hub on the loopback address is found: a file with its port and a token, for its user alone."""
+"""How programs find a hub on the loopback address: a file with its port and a token, which only its user can read."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _LOCK_PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Place:
-    """A hub's port, and what its callers must know."""
+    """The port of a hub, and the token that its callers must know."""
 
     port: int
     token: bytes = field(repr=False)
 
     def proof(self, nonce: bytes) -> bytes:
-        """What only who knows the token can answer to this."""
+        """The answer to this nonce, which only a program that knows the token can compute."""
         return hashlib.blake2b(nonce, key=self.token, digest_size=32, person=b"canwire hub").digest()
 
     def write(self, path: str) -> None:
-        """Under `path`, all at once and readable for this user alone; in place of what was there."""
+        """Write the file at `path` atomically, readable for this user only; an existing file is replaced."""
         own = f"{path}.new"
         with contextlib.suppress(FileNotFoundError):  # of a hub that was killed while it wrote
             os.unlink(own)
@@ -56,9 +56,9 @@ class Place:
 
 
 def read_place(path: str) -> Place | None:
-    """What a hub wrote there; None for nothing, or for anything else.
+    """The place that a hub wrote there; None if the file does not exist or has other contents.
 
-    Raises HubError for one that others than this user (or root) could have written, or can read.
+    Raises HubError if other users than this one (or root) could have written the file, or can read it.
     """
     try:
         descriptor = os.open(path, _OLD)
@@ -84,7 +84,7 @@ def read_place(path: str) -> Place | None:
 
 
 def remove_place(path: str, place: Place) -> None:
-    """Remove a hub's file, unless somebody else has put another one there since."""
+    """Remove the file of a hub, unless another hub has replaced it since."""
     with contextlib.suppress(HubError, FileNotFoundError):
         if read_place(path) == place:
             os.unlink(path)
@@ -92,9 +92,9 @@ def remove_place(path: str, place: Place) -> None:
 
 @contextlib.contextmanager
 def changing_places() -> Iterator[None]:
-    """Keep this user's other hubs out while one looks whether a place is free and takes it.
+    """Lock out this user's other hubs while a hub checks whether a place is free, and takes it.
 
-    No lock of files is the same everywhere; SQLite knows them all, and its locks end with the process.
+    File locks differ between systems; SQLite supports all of them, and its locks end with the process.
     """
     path = os.path.join(runtime_directory(), "canwire.lock")
     lock = sqlite3.connect(path, timeout=_LOCK_PATIENCE_S, isolation_level=None)

@@ -1,4 +1,4 @@
-"""A hub on the loopback address: callers show that they know the token, and are clients from then on."""
+"""A hub on the loopback address: a caller becomes a client once it has proved that it knows the token."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST_STRANGERS = 64  # callers that have not shown yet who they are; the oldest
 
 
 class LoopbackServer(StreamServer):
-    """`path` is that of the file which tells port and token."""
+    """A hub's server; `path` is the path of the file with port and token."""
 
     def _listen(self) -> socket.socket:
         self._strangers: dict[Caller, None] = {}
@@ -54,7 +54,7 @@ class LoopbackServer(StreamServer):
 
 
 class Caller:
-    """Somebody who has not shown yet that it knows the token. Nothing behind it is read before that is seen."""
+    """A caller that has not yet proved that it knows the token. Nothing after the token is read before that."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Caller:
         caller.setblocking(False)
 
     def open(self) -> None:
-        """Listen to it; where the system can watch no more, it is hung up on."""
+        """Watch the caller; if the system can watch no more sockets, close the connection."""
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._engine.watch(self.socket, self._readable)
@@ -82,7 +82,7 @@ class Caller:
             self.close()
 
     def let_go(self, why: str) -> None:
-        """It has not shown who it is, and hears nothing."""
+        """Close the connection of an unknown caller, without an answer."""
         self.close()
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
-"""TCP on the loopback address: to listen where a place file says, to call whoever listens, and to know each other.
+"""TCP on the loopback address: listening at the port of a place file, connecting to it, and mutual authentication.
 
-A caller sends the token, 16 random bytes and its process's number. The hub reads nothing but the token before it knows
-that it is right, and shows with its answer to the random bytes that it knows it too: the port of a dead hub may be
-somebody else's by now.
+A caller sends the token, 16 random bytes and its process number. The hub reads only the token until it has checked it.
+Its answer to the random bytes proves that it knows the token too, because another program may by now use the port of a
+dead hub.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from canwire.errors import HubError, HubLost
 from canwire.hub.links.loopback.place import TOKEN_SIZE, Place, changing_places, read_place
 from canwire.platform.portable.pairs import LOOPBACK, loopback_listener
 
-REST = struct.Struct("<16sI")  # of a caller's first bytes, behind the token: nonce, process
+REST = struct.Struct("<16sI")  # of a caller's first bytes, after the token: nonce, process
 NONCE_SIZE, PROOF_SIZE = 16, 32
-_BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
-_CONNECT_TIMEOUT_S = 5.0  # a dead port is refused at once, but Windows asks again for two seconds
+_BACKLOG = 1024  # callers that wait to be let in; systems have lower limits
+_CONNECT_TIMEOUT_S = 5.0  # a dead port is refused immediately, but Windows tries again for two seconds
 _DIAL_TIMEOUT_S = 2.0
 
 
 def listen_at(path: str) -> tuple[socket.socket, Place]:
-    """A listening socket, and its place, which is written to `path`; one that a dead hub left there is replaced.
+    """A listening socket, and its place, which is written to `path`; the file of a dead hub is replaced.
 
-    Raises HubError if a living hub listens there, or something else stands there.
+    Raises HubError if a running hub listens there, or if `path` is another kind of file.
     """
     path = os.path.abspath(path)
     with changing_places():
@@ -45,7 +45,7 @@ def listen_at(path: str) -> tuple[socket.socket, Place]:
 
 
 def dial(address: str) -> socket.socket:
-    """A connection to the hub whose place this file tells; raises HubLost if there is none, or none that answers."""
+    """A connection to the hub whose place is in this file; raises HubLost if no hub answers."""
     place = read_place(address)
     if place is None:
         raise HubLost(_NOBODY.format(address))
@@ -61,7 +61,7 @@ def dial(address: str) -> socket.socket:
         raise HubLost(
             f"{address}: somebody listens but lets nobody in for {_DIAL_TIMEOUT_S:.0f} seconds; is the hub stopped?"
         ) from None
-    except OSError:  # refused, or hung up at once: the port is nobody's, or a stranger's
+    except OSError:  # refused, or closed immediately: the port is free, or another program's
         proven = False
     if not proven:
         connection.close()
@@ -70,7 +70,7 @@ def dial(address: str) -> socket.socket:
 
 
 def somebody_listens(path: str) -> bool:
-    """A living hub is there; raises HubError if the file is somebody else's, or others can read it."""
+    """Whether a running hub listens there; raises HubError if the file is another user's, or others can read it."""
     place = read_place(path)
     if place is None:
         return False
@@ -86,7 +86,7 @@ def somebody_listens(path: str) -> bool:
 
 
 def _introduce(connection: socket.socket, place: Place) -> bool:
-    """Show that this process knows the token; does the other side, too?"""
+    """Prove that this process knows the token; returns whether the other side does, too."""
     nonce = secrets.token_bytes(NONCE_SIZE)
     connection.settimeout(_DIAL_TIMEOUT_S)
     connection.sendall(place.token + REST.pack(nonce, os.getpid()))

@@ -1,4 +1,4 @@
-"""Who may do what: the file of a hub's users, the file of a program's own name, and which right a request needs."""
+"""Access rights: the file with the users of a hub, the file with the login of a program, and the right per request."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ class Tls(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 class User(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """[users.NAME]: without a password the name is that in a certificate."""
+    """[users.NAME]: a user without a password is identified by the name in the certificate."""
 
     may: Literal["listen", "send", "configure"]
     password: Word = ""
 
 
 class Router(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """[router]: who a hub is to routers (`--via`), which ask everybody; without a password, by its certificate."""
+    """[router]: the login of a hub at routers (`--via`); without a password, its certificate counts."""
 
     user: Name
     password: Word = ""
 
 
 class Access(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A hub's file (`canwire serve --access`): each user may do so much, and nobody else anything."""
+    """A hub's file (`canwire serve --access`): the rights of each user; others have no access."""
 
     users: dict[Name, User]
     tls: Tls | None = None
@@ -72,7 +72,7 @@ class Login(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def load(kind: type[File], path: str) -> File:
-    """The file's contents, paths in it counted from where it stands; raises BadConfig."""
+    """The contents of the file; paths in it are relative to its directory. Raises BadConfig."""
     try:
         with open(path, "rb") as file:
             found = msgspec.convert(tomllib.load(file), kind, strict=True)
@@ -90,7 +90,7 @@ def load(kind: type[File], path: str) -> File:
 
 
 def usual_login() -> Login:
-    """CANWIRE_NETWORK's file; nobody in particular without one."""
+    """The login in the file that CANWIRE_NETWORK names; an anonymous one without such a file."""
     path = os.environ.get("CANWIRE_NETWORK")
     return load(Login, path) if path else Login()
 
@@ -111,7 +111,7 @@ _SENDING = (
 
 
 def needed(request: m.Message) -> str:
-    """The right that a request needs. To shut others out of a line is no looking on, nor is it sending."""
+    """The right that a request needs. Exclusive use of a line needs more than `listen` or `send`."""
     if isinstance(request, (m.OpenChannel, m.OpenMonitor)) and request.exclusive:
         return CONFIGURE
     if isinstance(request, m.SetUpChannel):
@@ -122,7 +122,7 @@ def needed(request: m.Message) -> str:
 
 
 def check(user: str, may: str, request: m.Message) -> None:
-    """Raises HubError where this user may not ask for it."""
+    """Raises HubError if this user has no right to the request."""
     right = needed(request)
     if _RIGHTS.index(right) > _RIGHTS.index(may):
         raise HubError(
@@ -132,7 +132,7 @@ def check(user: str, may: str, request: m.Message) -> None:
 
 
 def right_of(access: Access | None, user: str) -> str | None:
-    """What a user may do; None for somebody unknown."""
+    """The right of a user; None for an unknown user."""
     if access is None:
         return CONFIGURE
     found = access.users.get(user)

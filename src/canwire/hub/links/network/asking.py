@@ -1,6 +1,7 @@
-"""How a call gets its answer over a network that may drop either: it is asked again until one has come.
+"""Calls over a network that may drop the call or its answer: a call is repeated until its answer has arrived.
 
-It is a message first, and its answer another one; a query costs more, but finds the hub also where no message would.
+A call is first sent as a message, answered by another one. It is repeated as a query, which costs more, but reaches
+the hub also where no message does.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ _LOOK_S = 0.1
 
 
 class Asker:
-    """Asks by `send`, or under this key: `answered` gets Zenoh's replies. HubLost after `silence_s` without a word."""
+    """Sends calls by `send`, or as queries of this key, whose replies `answered` gets.
+
+    A call raises HubLost after `silence_s` without any message from the hub.
+    """
 
     def __init__(
         self,
@@ -52,7 +56,7 @@ class Asker:
         self._silence_s = silence_s
 
     def insist(self, call: Call, asked: Asked) -> tuple[Answer, Answered]:
-        """Ask until there is an answer, or a reason to give up; each time anew, as it is still wanted then."""
+        """Repeat the call, each time with a new stamp, until it is answered; HubLost after too long a silence."""
         began_s = time.monotonic()
         again_s, pause_s = began_s, _FIRST_S
         while True:
@@ -69,7 +73,7 @@ class Asker:
             self._heard_since(began_s)
 
     def await_arrival(self, said: Answered) -> None:
-        """Everything that an answer comes behind."""
+        """Wait for everything that was sent before this answer."""
         began_s = time.monotonic()
         while not self._pump.await_arrival(said.positions, self._silence_s):
             self._heard_since(began_s)
@@ -78,7 +82,7 @@ class Asker:
         silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
         if silent_s > self._silence_s:
             raise HubLost(
-                f"{self._address} has not been heard of for {silent_s:.1f} s; what is open stays so and goes on "
+                f"{self._address} has not been heard of for {silent_s:.1f} s; channels stay open, and continue "
                 "if the network comes back"
             )
 

@@ -1,4 +1,4 @@
-"""A hub's end of the network: it offers the hub, and lets clients in, each with a link of its own to the hub."""
+"""The hub's end of the network: it offers the hub, and admits clients, each with a separate link to the hub."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from canwire.hub.protocol.link import Link
 
 LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
-GRACE_S = 2.0  # a client whose connection is broken may be back within so long
-TIMED_SILENCE_S = 30.0  # and then one that others wait for is let go: as long as cuts are borne
-AGE_S = 2.0  # of commands, which are not obeyed later
+GRACE_S = 2.0  # a client whose connection is broken may return within this time
+TIMED_SILENCE_S = 30.0  # then a client that others wait for is dropped: as long as cuts are tolerated
+AGE_S = 2.0  # of commands, which are refused after that
 HEALTHY_S = 0.3  # between two looks whether the hub answers ...
 _UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it
 
 
 class Offered(NamedTuple):
-    """How a hub is offered: realm and name, endpoints it listens on, routers it connects to, who may come in."""
+    """How a hub is offered: realm and name, endpoints it listens on, routers it connects to, and its users."""
 
     realm: str = keys.REALM
     name: str = ""
@@ -57,11 +57,11 @@ class Offered(NamedTuple):
 
 
 class Bridge:
-    """Offers the hub that `dial` makes links to, until `close` or until that hub is gone: then `lost` is called.
+    """Offers the hub that `dial` makes links to, until `close`. If that hub ends, `lost` is called.
 
-    `warn` gets a line about each client whose commands came too late.
+    `warn` is called with a line about each client whose commands arrived too late.
 
-    Raises BadValue, HubError if it cannot listen there or another hub has this name, HubLost without a hub.
+    Raises BadValue, HubError if it cannot listen there or another hub has this name, HubLost if no hub runs.
     """
 
     def __init__(
@@ -118,11 +118,11 @@ class Bridge:
 
     @property
     def address(self) -> str:
-        """What programs connect to."""
+        """The address for programs to connect to."""
         return keys.address_of(self.offer, self._offered.listen, self._offered.via, socket.gethostname())
 
     def close(self) -> None:
-        """Say farewell, hang up on everybody; a second time does nothing."""
+        """Send a farewell and close all connections; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -139,7 +139,7 @@ class Bridge:
         self._stopping.close()
 
     def _refuse_second(self) -> None:
-        """Two hubs of one name: whoever connects could not say which."""
+        """Refuse a second hub of the same name: a program could not choose between them."""
         for other in offers_in(self._session, self.offer.realm, self.offer.name):
             raise HubError(
                 f"another hub is offered as {keys.SCHEME}{other.realm}/{other.name} already ({other.instance}); "
@@ -191,7 +191,7 @@ class Bridge:
                 self._stopping.signal()  # the thread looks when
 
     def _guarded(self, client: str, work: Callable[[], object]) -> None:
-        """A client that sends what cannot be is let go."""
+        """Drop a client that sends invalid data."""
         try:
             work()
         except BadMessage as error:
@@ -201,7 +201,7 @@ class Bridge:
     # who comes
 
     def _greet(self, user: str, client: str, payload: bytes, reply: Callable[[bytes], object]) -> None:
-        """The first call of a client has to be Hello."""
+        """Answer the first call of a client, which must be Hello."""
         try:
             reply(self._let_in(user, client, payload))
         except CanwireError as error:
@@ -272,7 +272,7 @@ class Bridge:
     # its thread
 
     def _watch(self) -> None:
-        """Look whether the hub answers, and let go of clients that did not come back."""
+        """Check whether the hub answers, and drop clients that did not return."""
         while not self._closed:
             try:
                 self._own.call(m.Advance(0))

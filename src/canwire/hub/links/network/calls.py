@@ -1,7 +1,8 @@
-"""A call and its answer as they travel: the hub's messages, and how far the rings were when it was said.
+"""A call and its answer on the network: the messages of the hub, and the positions of the rings at that moment.
 
-A request is carried out behind what the client sent before it, and once however often it arrives; an answer is given to
-the program once everything has come that its queues held by then. So a link behaves as shared memory does.
+A request is carried out after everything that the client sent before it, and only once even if it arrives several
+times. The program gets an answer after everything that its queues held when the hub answered. So a link behaves like
+shared memory.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def answered_in(payload: bytes) -> Answered:
 
 
 def refused(payload: bytes, error: CanwireError) -> bytes:
-    """An answer for somebody whose call is not carried out."""
+    """The answer to a call that is not carried out."""
     try:
         serial = serial_in(asked_in(payload).request)
     except BadMessage:

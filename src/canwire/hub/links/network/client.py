@@ -1,4 +1,4 @@
-"""A link to a hub on another machine: calls as queries, and rings of this process that are copies of the hub's."""
+"""A link to a hub on another machine: calls as messages or queries, and copies of the hub's rings in this process."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ if TYPE_CHECKING:
 
 
 class NetworkLink:
-    """hub/protocol/link.py's Link over Zenoh. Threads of Zenoh's bring what comes, one of its own sends.
+    """The Link of hub/protocol/link.py over Zenoh. Threads of Zenoh receive, a separate thread sends.
 
-    A call raises HubLost where nothing came from the hub for `patience.call_s`, but what is open stays so: once the
-    network is back all goes on from where it was. The link is `lost` when the hub says so, or when its connection is
-    broken and not there again in time. A fork of this process cannot use it.
+    A call raises HubLost if nothing arrived from the hub for `patience.call_s`, but leases stay open: once the network
+    is back, everything continues from the same position. The link is `lost` when the hub reports its end, or when the
+    connection is broken and not restored in time. A fork of this process cannot use it.
 
-    Raises BadValue for an address that is none, HubLost if no such hub is there, HubError if it lets nobody in,
-    BadMessage if it speaks another version.
+    Raises BadValue for an invalid address, HubLost if no such hub is found, HubError if it refuses this user,
+    BadMessage if it uses another version.
     """
 
     copies = True
@@ -146,7 +146,7 @@ class NetworkLink:
         self._doorbell.signal()
 
     def close(self) -> None:
-        """Give back everything held; a second time does nothing."""
+        """Release all leases; a second call does nothing."""
         if self._pid != os.getpid():
             return
         with self._lock:
@@ -190,10 +190,10 @@ class NetworkLink:
     def _check(self) -> None:
         if self._pid != os.getpid():
             raise CanwireError(
-                "this connection belongs to the process that was forked; connect anew in this one"
+                "this connection belongs to the process that was forked; connect again in this one"
             )
         if sys.is_finalizing():
-            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
+            raise HubLost("the interpreter is ending: close connections before that, or by atexit")
         if self.lost:
             raise self._why()
 
@@ -260,7 +260,7 @@ class NetworkLink:
             self._broken.replaced("it was started again")
 
     def _connected_or_not(self, event: Any) -> None:
-        """The connection to the hub or a router: without it nobody tells of tokens."""
+        """The connection to the hub or a router changed; without it, changes of tokens are not reported."""
         if event.kind == self._zenoh.SampleKind.DELETE:
             self._broken.gone()
         else:
@@ -275,7 +275,7 @@ class NetworkLink:
             self._lose(str(error))
 
     def _lose(self, why: str) -> None:
-        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
+        """End the link: wake waiting threads immediately, and notify listeners unless the link was closed."""
         with self._lock:
             if self._lost or self._closed:
                 return

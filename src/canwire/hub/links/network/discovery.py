@@ -1,4 +1,4 @@
-"""Which hubs are offered where this program is connected."""
+"""The hubs that are offered on the network that this program is connected to."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def offers_in(session: Any, realm: str = "*", name: str = "*") -> list[Offer]:
 
 
 def find(session: Any, place: keys.Place, address: str) -> Offer:
-    """The hub that an address means: by its name, or the only one at its own endpoint.
+    """The hub of an address: the hub of that name, or the only one at that endpoint.
 
-    Raises HubLost if there is none, HubError for several, BadMessage for one of another version.
+    Raises HubLost if no hub matches, HubError if several do, BadMessage if the hub has another version.
     """
     offers = offers_in(session, place.realm)
     named = [offer for offer in offers if offer.name == place.name]

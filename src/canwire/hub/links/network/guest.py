@@ -1,6 +1,6 @@
-"""One client on the network, at the hub's end: it holds what that client would hold, and moves its rings there.
+"""One client on the network, at the hub's end: it holds the client's leases, and copies its rings to the client.
 
-To the hub it is a client like any other, over a link of its own; so the hub's rules are those for programs beside it.
+For the hub it is a client like any other, with a separate link, so the rules for local programs apply to it.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
 
 CALLS = 64  # of one client that wait at a time
 _CALL = bytes((wire.CALL,))
-_ROOM = 1 << 14  # bytes of requests on their way to the hub, which its socket takes without anybody waiting
+_ROOM = 1 << 14  # bytes of requests on their way to the hub, which its socket accepts without blocking
 _ARRIVAL_S = 1.0  # what was sent before a call is waited for so long
 
 Reply = Callable[[bytes], object]
 
 
 class Guest:
-    """`ask` takes a call's bytes from any thread and returns at once; `send` takes payloads for the client."""
+    """`ask` accepts the bytes of a call from any thread, and does not wait; `send` sends payloads to the client."""
 
     def __init__(
         self,
@@ -86,16 +86,16 @@ class Guest:
 
     @property
     def timed(self) -> bool:
-        """Its program keeps one time with others, who wait for it."""
+        """Whether its program takes part in lockstep, so that others wait for it."""
         return self._places.timed
 
     @property
     def silent_s(self) -> float:
-        """Since its last sign of life."""
+        """Seconds since its last sign of life."""
         return (time.monotonic_ns() - self.pump.heard_ns) / 1e9
 
     def ask(self, payload: bytes, reply: Reply) -> None:
-        """Carry it out once, and answer everybody who asks for it; raises BadMessage."""
+        """Carry out the call once, and answer each repetition of it; raises BadMessage."""
         asked = asked_in(payload)
         late = self.late.refusal(asked, time.monotonic_ns()) if asked.serial not in self._known else None
         if late is not None:
@@ -126,12 +126,12 @@ class Guest:
                 self._leave_to_worker(asked)
 
     def close(self) -> None:
-        """Give back what the client held; a second time does nothing."""
+        """Release the client's leases; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
         self.late.tell()
-        self._link.close()  # whoever waits for an answer gets HubLost
+        self._link.close()  # calls that wait for an answer get HubLost
         self._places.lost()
         self._workers.shutdown(wait=True)
         self.pump.close()
@@ -151,7 +151,7 @@ class Guest:
     # a call
 
     def _begins(self, asked: Asked) -> bool:
-        """A wait for a turn, which all that it comes behind is here for, begins at once; a worker sees to the rest."""
+        """Begin a wait for a turn immediately if all data sent before it have arrived; else False: a worker does it."""
         if not self._places.timed or not self.pump.await_arrival(asked.positions, 0.0):
             return False
         try:
@@ -173,7 +173,7 @@ class Guest:
             self._answer(asked, failed(HubError(f"the hub's network side failed at this request: {error!r}")))
 
     def _begin(self, asked: Asked, link: StreamLink) -> None:
-        """Ask the hub in this very thread, and answer in the one that hears it: each other thread costs a wake-up.
+        """Call the hub in this thread, and answer in the receiving one: each further thread costs a wake-up.
 
         It waits for nothing: what the client sent before has come, and the socket has room for `_ROOM` bytes.
         """
@@ -262,7 +262,7 @@ class Guest:
                 self.pump.add(mirror, *events)
 
     def _answer(self, asked: Asked, reply: m.Message, rings: Positions = (), begun: Positions = ()) -> None:
-        """To everybody who asked; behind everything that the client's queues hold by now."""
+        """Answer each repetition of the call, after everything that the client's queues hold by now."""
         positions = self.pump.written() + begun
         self.pump.flush()
         taken = self._places.taken(self.pump.mirrors())

@@ -1,4 +1,4 @@
-"""A client's copies of rings, by the handle that they belong to."""
+"""The copies of rings of a client, by the handle that they belong to."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ class HeldCopies:
         self._copies: dict[int, Copies] = {}
 
     def adopt(self, request: m.Message, reply: m.Message, rings: Filled) -> tuple[int, ...]:
-        """What a reply opened, in place of what its handle had; descriptors for the program. Raises LimitReached."""
+        """Make copies of the rings that a reply opened, in place of those of its handle.
+
+        Returns descriptors for the program. Raises LimitReached.
+        """
         with enough(type(request).__name__):
             copies = copied(request, reply, rings, self._doorbell, self._pump.clock)
         if not (isinstance(request, m.Close) or copies.opened):
@@ -42,7 +45,7 @@ class HeldCopies:
         return copies.descriptors
 
     def close(self) -> None:
-        """Let go of all, once nothing moves any more."""
+        """Release all copies; the pump must have ended."""
         with self._lock:
             found, self._copies = list(self._copies.values()), {}
         for copies in found:

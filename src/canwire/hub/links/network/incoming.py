@@ -1,4 +1,4 @@
-"""The copy of a ring at the other end of a link; mirrors.py has the original's end. No I/O; any thread may call."""
+"""The copy of a ring at the other end of a link; mirrors.py contains the original. No I/O; any thread may call."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _EIGHTH = 8
 
 
 class Incoming:
-    """The end of a ring that is filled with what comes.
+    """The end of a ring that is filled with the records that arrive.
 
-    Commands older than `age` are given up instead: `give_up` gets how many, and how old they were in s.
+    Commands older than `age` are discarded instead: `give_up` is called with their number, and their age in s.
     """
 
     def __init__(
@@ -60,12 +60,12 @@ class Incoming:
 
     @property
     def wanted(self) -> int:
-        """How much has to have come for the program to be told, 0: nobody waits for that."""
+        """The position that must arrive before the program is notified; 0: the program does not wait."""
         goal = self._ring.wanted
         return goal and goal - self._origin
 
     def want(self, goal: int) -> bool:
-        """The original's writer is to be told once so many are taken (0: never); are they?"""
+        """Notify the original's writer once `goal` records are taken (0: never); returns whether they are."""
         with self._lock:
             if goal == 0:
                 return False
@@ -75,7 +75,7 @@ class Incoming:
             return here
 
     def accept(self, first: int, records: memoryview, stamp: int = 0, now_ns: int = 0) -> bool:
-        """Put them in; is there something to be told at once? Raises BadMessage for more than there is room for."""
+        """Add the records; returns whether to report immediately. Raises BadMessage if they do not fit."""
         with self._lock:
             at = self.received
             if first > at:
@@ -100,13 +100,13 @@ class Incoming:
             return self.received - self._told_received >= self._worth_telling
 
     def sent(self, position: int) -> None:
-        """The other end has sent so much, and wants to know."""
+        """The other end has sent records up to `position`, and requests a report."""
         with self._lock:
             self._asked = True
             self._missing |= position > self.received
 
     def report(self, now_ns: int, *, at_once: bool = False) -> Report | None:
-        """What is to be told now, None: nothing; `at_once` tells everything new."""
+        """The report to send now, None: nothing to report; `at_once` reports every change."""
         with self._lock:
             received, taken = self.received, self._ring.taken - self._origin
             again = self._missing and (received != self._again[0] or now_ns >= self._again[1] + _AGAIN_NS)
@@ -124,7 +124,7 @@ class Incoming:
             return made
 
     def arm(self, now_ns: int) -> int | None:
-        """Have the ring's other event signalled when there is something to tell; when to look without it."""
+        """Arm the ring's other event for something to report. Returns when to check without the event."""
         with self._lock:
             free = self._ring.free()
             fresh = self._ring.taken - self._origin - self._told_taken

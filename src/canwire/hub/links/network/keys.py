@@ -1,9 +1,9 @@
-"""Names on the network: a hub's address as programs write it, and the keys that Zenoh carries things under.
+"""Names on the network: the address of a hub as programs write it, and the keys of Zenoh.
 
 canwire/REALM/hub/NAME/INSTANCE/VERSION/TIME      a liveliness token for each hub that is offered
 canwire/REALM/to/INSTANCE/USER/CLIENT/...         one client's own: `call`, `up`, `down`, and `here`, its token
 
-Whoever may use a user's keys is that user: an access list of the hub's session sees to it.
+A program that may use the keys of a user acts as that user; an access list of the hub's session enforces this.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from canwire.errors import BadValue
 SCHEME = "zenoh://"
 REALM = "canwire"
 PORT = 7449
-ANYBODY = "anybody"  # the user where nobody is asked who they are
+ANYBODY = "anybody"  # the user of hubs without authentication
 _EVERYWHERE = re.compile(r"^(\w+/)(?:0\.0\.0\.0|\[::\])(:\d+)")
 _WORD = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
@@ -45,7 +45,7 @@ class Offer(NamedTuple):
 
 
 def word(what: str, text: str) -> str:
-    """A name that can stand in a key; raises BadValue."""
+    """A name that is valid in a key; raises BadValue."""
     if not _WORD.fullmatch(text):
         raise BadValue(f"{what} {text!r}: 1 to 64 letters, digits, and any of - _ .")
     return text

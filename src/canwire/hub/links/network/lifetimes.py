@@ -1,4 +1,4 @@
-"""Links that are open: what becomes of them in a fork of this process, and at its end."""
+"""The open links: how they end in a fork of this process, and when the process ends."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _after_fork() -> None:
 
 
 def _at_exit() -> None:
-    """Zenoh's threads must not come to an interpreter that is gone."""
+    """Zenoh's threads must not call into an interpreter that has ended."""
     for link in list(LIVING):
         link.close()
 

@@ -1,8 +1,8 @@
 """A ring whose copy (incoming.py) is at the other end of a link: what is written here appears there.
 
 Both have the same capacity, and a record stays in the original until the copy's reader has taken it. So the original
-fills up and counts what it loses just as if its reader were here, and whatever the link loses is still there to be
-sent again, but for commands that have become too old. No I/O, time handed in; any thread may call.
+fills up and counts lost records as if its reader were local, and records that the link loses can be sent again, except
+commands that have become too old. No I/O; times are arguments; any thread may call.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _PACKED = 24  # bytes of a packed frame, roughly
 
 
 class Outgoing:
-    """The end of a ring whose records are sent; a `filled` ring has so many that the other end has already.
+    """The end of a ring whose records are sent. `filled`: the number of records that the other end already has.
 
-    `frames`: records of frames, which are packed. With the other end's `clock` they are commands, each sent with when
-    it was given. `way` is the link's, once it belongs to one.
+    `frames`: the records are frames, which are packed. With the other end's `clock` they are commands, each sent with
+    the time when it was given. `way` is the flow control of the link, once the ring belongs to one.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Outgoing:
         self.belongs_to(Way())
 
     def belongs_to(self, way: Way) -> None:
-        """All rings of a link share its way."""
+        """Use the flow control of this link, which all its rings share."""
         self._way = way
         self._under_way = UnderWay(way)
 
@@ -65,16 +65,16 @@ class Outgoing:
 
     @property
     def written(self) -> int:
-        """Where the ring's writer is."""
+        """The position of the ring's writer."""
         return self._ring.written - self._origin
 
     @property
     def unconfirmed(self) -> bool:
-        """Something was sent that has not come, as far as is known."""
+        """Whether something was sent that is not known to have arrived."""
         return self._sent != self._received
 
     def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
-        """What is to be sent now; `at_once` does not wait for more."""
+        """The payloads to send now; `at_once` does not wait for more records."""
         with self._lock:
             unsent = self._unsent()
             if self._given is not None:
@@ -91,7 +91,7 @@ class Outgoing:
             return self._cut(count, now_ns)
 
     def acknowledge(self, report: Report, now_ns: int = 0) -> None:
-        """The copy is so far, as was heard `now_ns` (0: otherwise); raises BadMessage for what cannot be."""
+        """Accept a report on the copy that arrived at `now_ns` (0: unknown); raises BadMessage if it is impossible."""
         with self._lock:
             taken = self._ring.taken - self._origin
             if not (report.taken <= report.received <= taken + self._ring.fill()):
@@ -106,7 +106,7 @@ class Outgoing:
                 self._ring.release(report.taken - taken)
 
     def arm(self, now_ns: int) -> int | None:
-        """Have the ring's event signalled when there is something to send; when to look without it, None: never."""
+        """Arm the ring's event for new records to send. Returns when to check without the event, None: never."""
         with self._lock:
             waiting = self._unsent() if self._way.room() else 0
             held = self._sent - (self._ring.taken - self._origin)
@@ -118,12 +118,12 @@ class Outgoing:
 
     @property
     def wanted(self) -> int:
-        """How much the copy's reader has to have taken for the program to be told, 0: nobody waits for that."""
+        """The position that the copy's reader must reach before the program is notified; 0: it does not wait."""
         goal = self._ring.free_wanted
         return goal and goal - self._origin
 
     def want(self, taken: int, goal: int) -> bool:
-        """The copy's reader has taken so many, and is to be told at so many written (0: never); are they here?"""
+        """The copy's reader is at `taken`, and is notified at `goal` written (0: never); returns whether they are."""
         self.acknowledge(Report(self.number, taken, taken, False))
         with self._lock:
             if goal == 0:

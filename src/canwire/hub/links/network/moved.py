@@ -1,4 +1,4 @@
-"""Which rings one end of a link moves, by what they are to it, and events that say when there is something to do."""
+"""The rings that one end of a link moves, by their role, and the events that signal work to do."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mirror = Sender | Taker | Watched
 
 
 class Moved:
-    """`senders`, `takers` and `watched` are new dictionaries after each change: who reads them needs no lock."""
+    """`senders`, `takers` and `watched` are new dictionaries after each change, so they can be read without a lock."""
 
     def __init__(self, always: tuple[EventDescriptor, ...]) -> None:
         self._lock = threading.Lock()

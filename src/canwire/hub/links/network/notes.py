@@ -1,4 +1,4 @@
-"""Notices on their way to a client: the same promises as for rings, for messages of any length. No I/O."""
+"""Notices on their way to a client: the same guarantees as for rings, for messages of any length. No I/O."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.hub.links.network.wire import Report
 
 
 class OutgoingNotes:
-    """Notices on their way, each a record of its own length; kept until they have come."""
+    """Notices on their way, records of different lengths; kept until they have arrived."""
 
     number = wire.NOTES
 
@@ -98,7 +98,7 @@ class IncomingNotes:
             self._missing |= position > self.received
 
     def report(self, now_ns: int, *, at_once: bool = False) -> Report | None:
-        """What is to be told now."""
+        """The report to send now."""
         if not (self._asked or self._missing):
             return None
         with self._lock:

@@ -1,4 +1,4 @@
-"""What a reply opens beside a handle: rings, as the hub's end of a link takes them over and as a client gets copies."""
+"""The rings that a reply opens with a handle: taken over at the hub's end of a link, and copied for a client."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def taken_over(
     age: Age | None = None,
     give_up: GiveUp = lambda handle, count, age_s: None,
 ) -> list[Opened]:
-    """The hub's end: what came with a reply for a client, which is to be moved to that client instead.
+    """The hub's end: the rings of a reply, whose records are sent to a remote client.
 
     `told` is called when the other end of a FIFO is signalled, `give_up` when frames to send are older than `age`.
     """
@@ -85,7 +85,7 @@ def _queues_here(
 
 
 class Also:
-    """An event, and who else is to know when it is signalled."""
+    """An event, and a function that is also called when it is signalled."""
 
     def __init__(self, event: EventDescriptor, told: Callable[[], object]) -> None:
         self._event = event

@@ -1,4 +1,4 @@
-"""What moves records between the rings of one end of a link and the other end: one thread, which nobody waits for."""
+"""Moves records between the rings of one end of a link and the other end, in one thread that blocks no other."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _WATCH_NS = 20_000_000  # between two looks at FIFOs that are only looked at
 
 
 class Pump:
-    """`send` takes a payload for the other end, drops it rather than wait, and may be called from any thread.
+    """Moves records. `send` sends a payload, drops it rather than wait, and may be called from any thread.
 
-    `take` gets what comes from there, in order or not, some of it twice or never: nothing of it is lost for good.
-    `healthy` says whether signs of life are to be given.
+    `take` is called with the payloads of the other end, in any order; if some arrive twice or never, no record is lost.
+    `healthy` returns whether to send signs of life.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Pump:
 
     @property
     def silent_ns(self) -> int:
-        """How long either end has not heard the other one, as far as this one knows."""
+        """How long either end has received nothing from the other one, to the knowledge of this end."""
         return max(time.monotonic_ns() - self.heard_ns, self._unheard_ns)
 
     def wake(self) -> None:
@@ -87,12 +87,12 @@ class Pump:
         self._wake.signal()
 
     def flush(self) -> None:
-        """Send what is there now, and what was taken here: what is said next comes behind it."""
+        """Send all new records, and report those taken here, before the next call."""
         with self._sending:
             self._send_all(time.monotonic_ns(), at_once=True)
 
     def written(self) -> tuple[tuple[int, int], ...]:
-        """Where the writers of outgoing rings are now."""
+        """The positions of the writers of outgoing rings."""
         return tuple((one.number, one.written) for one in self._moved.senders.values())
 
     def mirrors(self) -> tuple[Mirror, ...]:
@@ -124,7 +124,7 @@ class Pump:
         return self._have(positions)
 
     def take(self, payload: bytes) -> None:
-        """What came from the other end; raises BadMessage. Never waits."""
+        """Accept a payload of the other end; raises BadMessage. Never waits."""
         self.heard_ns = time.monotonic_ns()
         kind = payload[0] if payload else 0
         if kind in wire.BATCHES:
@@ -145,7 +145,7 @@ class Pump:
             raise BadMessage(f"a message of kind {kind}: 1 to 4, or {wire.TOGETHER} to {wire.SQUEEZED}")
 
     def close(self) -> None:
-        """End, and let go of every ring; a second time does nothing."""
+        """End, and release all rings; a second call does nothing."""
         if self._stopping:
             return
         self._stopping = True
@@ -230,7 +230,7 @@ class Pump:
         return wait if RECHECK_S is None else min(wait, RECHECK_S)
 
     def _send_all(self, now_ns: int, *, at_once: bool = False) -> None:
-        """What was taken here is told before what is sent: who makes room and then sends finds that room there."""
+        """Report the records taken here before sending others, so that the other end knows of the new room first."""
         left = True
         while left:
             left = False

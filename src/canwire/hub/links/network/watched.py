@@ -1,4 +1,4 @@
-"""A FIFO that one end only looks at: its counters."""
+"""The counters of a FIFO that one end only monitors."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Watched:
         self._lock = threading.Lock()
         self._shown = self._counts()
         self._told: tuple[int, ...] = ()
-        self._own = 0  # put in by the client, as far as this end knows
+        self._own = 0  # put in by the client, to the knowledge of this end
 
     def changed(self) -> Count | None:
-        """What is to be told; None: nothing new."""
+        """The count to report; None: nothing new."""
         with self._lock:
             found = self._counts()
             if self._words is not None:
@@ -38,12 +38,12 @@ class Watched:
             return Count(self.number, *told)
 
     def now(self) -> Count:
-        """What was told last, for an end that may have missed it."""
+        """The last reported count, for an end that may have missed it."""
         with self._lock:
             return Count(self.number, *(self._told or (*self._counts(), self._own)))
 
     def show(self, count: Count) -> bool:
-        """The other end says so; is there something to be told at once?"""
+        """Accept a count of the other end; returns whether to report immediately."""
         with self._lock:
             if self._words is None:
                 for _ in range(min(count.own - self._own, self._ring.capacity + 1)):

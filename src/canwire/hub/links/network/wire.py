@@ -1,4 +1,4 @@
-"""What the two ends of a network link say to each other, as bytes.
+"""The payloads that the two ends of a network link exchange, as bytes.
 
 Positions count records from when a ring was opened; a position is the number of records before it. Each payload begins
 with its kind; numbers are little-endian.
@@ -28,11 +28,11 @@ _MOST = 32  # of them
 NOTES = 0  # the number of what is no ring: notices, in their order
 CLOCK = (1 << 32) - 3  # of no ring: in a sign of life, its sender's clock in ns
 SILENCE = (1 << 32) - 2  # of no ring either: in a sign of life, for how many ns its sender has heard nothing
-STIRS = (1 << 32) - 1  # and of another: how often a timed program was told to look again
+STIRS = (1 << 32) - 1  # and of another: how often a timed program was woken to check again
 
 
 class Report(NamedTuple):
-    """How far the copy of a ring is: records that came, records taken out; `again`: send anew from `received` on."""
+    """How far the copy of a ring is: records that came, records taken out; `again`: send again from `received` on."""
 
     ring: int
     received: int
@@ -41,7 +41,7 @@ class Report(NamedTuple):
 
 
 class Count(NamedTuple):
-    """A FIFO that is only looked at: its counters, and how often the one who says so has put something in."""
+    """A FIFO that is only monitored: its counters, and how many elements the sender of this has put in."""
 
     ring: int
     written: int
@@ -137,7 +137,7 @@ def farewell_in(payload: bytes) -> str:
 
 
 def call(asked: bytes) -> bytes:
-    """A call for the first time: a query takes twice as long, but tells when nobody knows this client any more."""
+    """The first attempt of a call: a query takes twice as long, but shows if the hub no longer knows this client."""
     return bytes((CALL,)) + asked
 
 

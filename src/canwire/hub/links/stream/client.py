@@ -33,11 +33,11 @@ HELLO_S = 10.0  # a hub on a machine with thirty other programs took more than t
 
 
 class StreamLink:
-    """hub/protocol/link.py's Link over a socket. A thread of its own takes in replies and notices.
+    """The Link of hub/protocol/link.py over a socket. A separate thread receives replies and notices.
 
-    Raises HubLost if no hub listens at `address` or none answers within `hello_s`, BadMessage if it speaks
-    another version. A fork of this process cannot use it. How descriptors come along is for subclasses: they put
-    each of them into `_descriptors` before the reply that counts it.
+    Raises HubLost if no hub listens at `address` or none answers within `hello_s`, BadMessage if it uses
+    another version. A fork of this process cannot use it. Subclasses receive descriptors: they put each of them into
+    `_descriptors` before the reply that counts it.
     """
 
     copies = False
@@ -71,7 +71,7 @@ class StreamLink:
         return self.begin(request).result()
 
     def begin(self, request: Message) -> Pending[Answer]:
-        """`call` for who does not wait: the answer is settled in the receiving thread."""
+        """`call` without waiting: the receiving thread settles the answer."""
         self._check()
         serial = next(self._serials)
         message = encode_request(serial, request)
@@ -105,7 +105,7 @@ class StreamLink:
         self.doorbell.signal()
 
     def close(self) -> None:
-        """Hang up; the hub then takes back what was held. A second time does nothing."""
+        """Close the connection; the hub then takes back all leases. A second call does nothing."""
         if self._pid != os.getpid():
             self.leave_to_parent()
             return
@@ -123,7 +123,7 @@ class StreamLink:
             self._doorbell.close()
 
     def leave_to_parent(self) -> None:
-        """In a fork: let go of the connection, so that the hub sees it end with the process that made it."""
+        """In a fork: close this copy of the connection, so that it ends with the process that made it."""
         self._lost = True
         self._socket.close()
 
@@ -160,10 +160,10 @@ class StreamLink:
     def _check(self) -> None:
         if self._pid != os.getpid():
             raise CanwireError(
-                "this connection belongs to the process that was forked; connect anew in this one"
+                "this connection belongs to the process that was forked; connect again in this one"
             )
         if sys.is_finalizing():  # nobody takes in the answer any more
-            raise HubLost("the interpreter is ending: close what is open before, or by atexit")
+            raise HubLost("the interpreter is ending: close connections before that, or by atexit")
 
     def _why(self) -> HubLost:
         if self._closed:
@@ -223,7 +223,7 @@ class StreamLink:
         )
 
     def _lose(self) -> None:
-        """The end: whoever waits wakes up at once, listeners are told unless it was asked for."""
+        """End the link: wake waiting threads immediately, and notify listeners unless the link was closed."""
         with self._lock:
             before, self._lost = self._lost, True
             calls, self._calls = list(self._calls.values()), {}

@@ -39,13 +39,13 @@ _LONGEST_NAME = 64
 
 
 class Connection:
-    """Everything here runs in the engine's thread. Whatever goes wrong ends this connection only.
+    """One client. Everything here runs in the engine's thread. An error ends only this connection.
 
-    A request that means nothing is answered with Failed, and then the connection is closed. Who may come in, and how
-    descriptors and the doorbell travel, is for subclasses.
+    An invalid request is answered with Failed, and then the connection is closed. Subclasses define which callers are
+    accepted, and how descriptors and the doorbell are passed.
     """
 
-    process = 0  # who is at the other end, 0 where nobody tells
+    process = 0  # the process at the other end, 0 if unknown
 
     def __init__(
         self, engine: Engine, connection: socket.socket, closed: Callable[[Connection], object]
@@ -68,20 +68,20 @@ class Connection:
     # what a kind of stream adds
 
     def check_caller(self) -> None:
-        """Raises HubError for whom the hub is not meant for."""
+        """Raises HubError for a caller without access to the hub."""
 
     def _new_doorbell(self) -> tuple[EventDescriptor, tuple[Descriptor, ...]]:
-        """How the client will call, and what it gets for that; `_rung` is called whenever it does."""
+        """The client's doorbell, and the descriptors for the client; `_rung` is called when the client signals it."""
         raise NotImplementedError
 
     def _forget_doorbell(self, doorbell: EventDescriptor) -> None:
-        """Nobody rings any more."""
+        """The doorbell is not used any more."""
         raise NotImplementedError
 
     # for the server
 
     def open(self, greetings: Greetings, beside: int = 0) -> None:
-        """Listen to the client, unless it has too many connections `beside` this one, or is somebody else's."""
+        """Watch the client, unless it has too many connections `beside` this one, or belongs to another user."""
         self._greetings = greetings
         greetings.wait_for(self)
         self._engine.watch(self._connection, self._readable)
@@ -92,11 +92,11 @@ class Connection:
             self._refuse(0, error)
 
     def let_go(self, why: str) -> None:
-        """It has not said who it is."""
+        """Close a connection without a greeting."""
         self._refuse(0, HubError(why))
 
     def close(self) -> None:
-        """Give back all that this client held; a second time does nothing."""
+        """Release all leases of this client; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -136,11 +136,11 @@ class Connection:
         self._work()
 
     def _sort(self, payload: bytes) -> None:
-        """Here everything is a request."""
+        """Here every payload is a request."""
         self._requests.append(payload)
 
     def _work(self) -> None:
-        """Answer some of what waits; the others get their turn in between."""
+        """Answer some of the waiting requests; other clients have their turn in between."""
         until = time.monotonic() + _TURN_S
         for _ in range(min(len(self._requests), _REQUESTS_A_TURN)):
             if not self._closed:
@@ -194,7 +194,7 @@ class Connection:
         self._send(serial, Welcome(VERSION, self._engine.time), passed)
 
     def _doorbell_for(self, who: str) -> tuple[EventDescriptor, tuple[Descriptor, ...]]:
-        """A new one; callers that say nothing have to go if it takes the last descriptors."""
+        """A new doorbell; silent callers are closed if it needs the last descriptors."""
         assert self._greetings is not None, "it was opened"
         self._greetings.over(self)
         with enough(f"{who} cannot connect"):
@@ -234,7 +234,7 @@ class Connection:
             self.close()
 
     def _send(self, serial: int, reply: Message, descriptors: tuple[Descriptor, ...] = ()) -> None:
-        """Queue a message. It goes out after the present callback: the world may be in the middle of something."""
+        """Queue a message. It is sent after the present callback, because the world may be in an intermediate state."""
         if self._closed:
             close_descriptors(*descriptors)
             return
@@ -253,7 +253,7 @@ class Connection:
         self._flush_soon()
 
     def _put(self, message: bytes, descriptors: tuple[Descriptor, ...], otherwise: bytes) -> None:
-        """Here descriptors go beside the message."""
+        """Here descriptors are sent with the message."""
         self._outbox.put(message, descriptors, otherwise)
 
     def _flush_soon(self) -> None:
@@ -275,7 +275,7 @@ class Connection:
             self._engine.watch(self._connection, self._readable, self._flush if self._stuck else None)
 
     def _refuse(self, serial: int, error: CanwireError) -> None:
-        """Say what was wrong, as far as the client takes it, and hang up."""
+        """Send the error, if the client still receives, and close the connection."""
         self._requests.clear()
         with contextlib.suppress(HubError, OSError):  # it is closed anyway
             self._outbox.put(encode_reply(serial, failed(error)))

@@ -1,4 +1,4 @@
-"""Callers that have not said who they are: each has a limit of time, and has to go where descriptors run out."""
+"""Callers that have not sent a greeting: each has a time limit, and is closed if descriptors run out."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _ROOM = 4  # descriptors that the next caller needs: its connection's and its do
 
 
 class Silent(Protocol):
-    """A caller, as long as it is silent."""
+    """A caller that has not sent a greeting."""
 
     def let_go(self, why: str) -> None:
-        """Hang up on it, and say why where it can be said; `over` is called on the way."""
+        """Close its connection, and send the reason if possible; `over` is called meanwhile."""
 
 
 class Greetings:
@@ -29,17 +29,17 @@ class Greetings:
         self._reminded = False
 
     def wait_for(self, caller: Silent) -> None:
-        """From now on its time runs, whatever part of a greeting it sends."""
+        """Start its time limit, which parts of a greeting do not extend."""
         self._silent[caller] = time.monotonic() + self._limit_s
         if not self._reminded:
             self._remind(self._limit_s)
 
     def over(self, caller: Silent) -> None:
-        """It has said who it is, or is gone; unknown ones are ignored."""
+        """The caller has sent its greeting, or is gone; unknown ones are ignored."""
         self._silent.pop(caller, None)
 
     def make_room(self) -> bool:
-        """Descriptors have run out: the oldest have to go. False if nobody is silent."""
+        """Close the oldest callers, because descriptors have run out. False if no caller is silent."""
         oldest = list(islice(self._silent, _ROOM))
         for caller in oldest:
             caller.let_go("the hub has no more descriptors, and you have not said who you are; connect again")

@@ -1,4 +1,4 @@
-"""What waits to be sent on a socket that must not block: bytes, and descriptors beside their first byte."""
+"""Messages that wait to be sent on a non-blocking socket: bytes, and descriptors with their first byte."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MOST_DESCRIPTORS = 256
 
 
 class Outbox:
-    """Messages for one client, in order. Descriptors are its own from `put` on, and closed once they are sent."""
+    """Messages for one client, in order. It owns descriptors from `put` on, and closes them once they are sent."""
 
     def __init__(self, connection: socket.socket, most_bytes: int = LARGEST_REPLY) -> None:
         self._connection = connection
@@ -27,9 +27,9 @@ class Outbox:
         return bool(self._waiting)
 
     def put(self, message: bytes, descriptors: tuple[Descriptor, ...] = (), otherwise: bytes = b"") -> None:
-        """Queue a message, and what is sent instead where the system cannot pass its descriptors on.
+        """Queue a message; `otherwise` is sent instead if the system cannot pass its descriptors on.
 
-        Raises LimitReached once too much waits: this client does not read.
+        Raises LimitReached if too much waits because this client does not read.
         """
         if (
             self._bytes + len(message) > self._most_bytes
@@ -45,7 +45,7 @@ class Outbox:
         self._descriptors += len(descriptors)
 
     def flush(self) -> None:
-        """Send what the socket takes; raises OSError if the client is gone."""
+        """Send as much as the socket accepts; raises OSError if the client is gone."""
         while self._waiting:
             message, descriptors, otherwise = self._waiting[0]
             try:

@@ -1,4 +1,4 @@
-"""The hub's end of a listening socket: it lets clients in, each with a connection of its own."""
+"""The listening socket of a hub: it accepts clients, each with a separate connection."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOBUFS)
 
 
 class StreamServer:
-    """Listens at `path` (mode 0600) for an engine with a thread, from now until `close`.
+    """Listens at `path` (mode 0600) for an engine with a thread, until `close`.
 
-    Raises HubError if a living hub listens there; what a dead one left is replaced.
+    Raises HubError if a running hub listens there; the file of a dead hub is replaced.
     """
 
     def __init__(self, engine: Engine, path: str) -> None:
@@ -48,17 +48,17 @@ class StreamServer:
         raise NotImplementedError
 
     def _remove(self) -> None:
-        """Nobody shall find it any more."""
+        """Remove the file, so that clients do not find the hub any more."""
         raise NotImplementedError
 
     def _came(self, caller: socket.socket) -> None:
-        """Somebody called: `let_in` a connection, at once or once the caller has shown who it is."""
+        """A program called: `let_in` a connection, immediately or once the caller is authenticated."""
         raise NotImplementedError
 
     # for everybody
 
     def close(self) -> None:
-        """Hang up on everybody and remove the socket; a second time does nothing."""
+        """Close all connections and remove the socket; a second call does nothing."""
         if not self._engine.closed:
             with contextlib.suppress(HubLost):  # it ends this very moment, and closes this on its way
                 self._engine.call(self._close)
@@ -85,7 +85,7 @@ class StreamServer:
         self._came(caller)
 
     def let_in(self, connection: Connection) -> None:
-        """From now on it is a client's."""
+        """Accept the connection as a client's."""
         beside = self._processes[connection.process]
         self._processes[connection.process] += 1
         self._connections.add(connection)
@@ -99,13 +99,13 @@ class StreamServer:
         self.accept_again()
 
     def accept_again(self) -> None:
-        """A descriptor was given back: callers that had to wait may come in."""
+        """Accept waiting callers, because a descriptor was released."""
         if self._resting and not self._closed:
             self._resting = False
             self._spare_again()
 
     def _turn_away(self) -> None:
-        """No descriptors left: without this the caller would ring for ever."""
+        """No descriptors are left: without this the call would stay pending without end."""
         self._spare.close()
         with contextlib.suppress(OSError):  # it has gone by itself, or somebody took the spare one
             caller, _ = self._listener.accept()
@@ -113,7 +113,7 @@ class StreamServer:
         self._spare_again()
 
     def _spare_again(self) -> None:
-        """Have a descriptor to turn callers away with; without one they wait until somebody hangs up."""
+        """Reserve a descriptor for refusing callers; without one they wait until a client disconnects."""
         try:
             self._spare = open(os.devnull)  # noqa: SIM115
         except OSError:

@@ -1,4 +1,4 @@
-"""A link over a Unix socket: the hub's descriptors come beside its replies."""
+"""A link over a Unix socket: the hub's descriptors arrive with its replies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _CLOSE_ON_EXEC = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
 
 
 class SocketLink(StreamLink):
-    """`address` is the socket's path."""
+    """A link to the hub at the path `address`."""
 
     _dial = staticmethod(dial)
 

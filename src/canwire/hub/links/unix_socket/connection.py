@@ -1,4 +1,4 @@
-"""One client on a Unix socket: the system says whose it is, and passes descriptors on."""
+"""One client on a Unix socket: the system reports its user, and passes descriptors on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SocketConnection(Connection):
-    """For this user's programs and root's."""
+    """A client that belongs to this user or to root."""
 
     def __init__(
         self, engine: Engine, connection: socket.socket, closed: Callable[[Connection], object]

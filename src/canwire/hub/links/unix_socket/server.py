@@ -10,7 +10,7 @@ from canwire.hub.links.unix_socket.sockets import identity_of, listen_at, remove
 
 
 class Server(StreamServer):
-    """`path` is the socket's."""
+    """Listens on the Unix socket `path`."""
 
     def _listen(self) -> socket.socket:
         listener = listen_at(self.path)

@@ -1,4 +1,4 @@
-"""Unix sockets at paths: to listen privately, to call whoever listens, and never to disturb a living hub."""
+"""Unix sockets at paths: listening for one user only, connecting, and never disturbing a running hub."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from canwire.errors import BadValue, HubError, HubLost
 from canwire.places import locked_directory
 from canwire.platform.linux import peer_of
 
-_BACKLOG = 1024  # callers that wait to be let in; systems have limits of their own
+_BACKLOG = 1024  # callers that wait to be let in; systems have lower limits
 _DIAL_TIMEOUT_S = 2
 _LONGEST_PATH = (
     107 if sys.platform == "linux" else 103
@@ -25,10 +25,10 @@ _NOBODY = (errno.ECONNREFUSED, errno.ENOENT)
 
 
 def listen_at(path: str) -> socket.socket:
-    """A listening socket that only this user can reach; one that a dead hub left there is replaced.
+    """A listening socket that only this user can reach; the socket of a dead hub is replaced.
 
-    Raises HubError if a living hub listens there, or something that is no socket stands there,
-    OSError with its name where there is no room or no right to make one.
+    Raises HubError if a running hub listens there or the path is not a socket, and OSError with its path if no room
+    or no right exists to make one.
     """
     path = os.path.abspath(path)
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -46,24 +46,24 @@ def listen_at(path: str) -> socket.socket:
 
 
 def remove(path: str, identity: tuple[int, int]) -> None:
-    """Remove a socket's file, unless somebody else has put another one there since."""
+    """Remove the file of a socket, unless another hub has replaced it since."""
     with contextlib.suppress(FileNotFoundError):
         if identity_of(path) == identity:
             os.unlink(path)
 
 
 def identity_of(path: str) -> tuple[int, int]:
-    """What tells a file from a later one at the same path."""
+    """An identity that distinguishes a file from a later one at the same path."""
     state = os.lstat(path)
     return state.st_dev, state.st_ino
 
 
 def dial(address: str) -> socket.socket:
-    """A connection to the hub at this path; raises HubLost if nobody listens there, or lets nobody in for two seconds.
+    """A connection to the hub at this path; raises HubLost if no hub listens there or accepts it within two seconds.
 
-    Raises HubError where another user's program listens, whose memory this one would map; root may call everybody.
+    Raises HubError if a program of another user listens, because this one would map its memory; root may call all.
 
-    Where many call at once, it waits in the queue for its turn: a socket with Python's own timeout would not.
+    If many programs call at the same time, it waits in the queue: a socket with Python's own timeout would not.
     """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -92,7 +92,7 @@ def dial(address: str) -> socket.socket:
 
 
 def somebody_listens(path: str) -> bool:
-    """A living hub is there; raises HubError if the socket is somebody else's."""
+    """Whether a running hub listens there; raises HubError if the socket is another user's."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as caller:
         caller.setblocking(False)  # a full backlog is a sign of life, not worth waiting for
         failure = caller.connect_ex(path)
@@ -113,16 +113,16 @@ def _check_room(path: str) -> None:
 
 
 def _appear(listener: socket.socket, path: str) -> None:
-    """The socket comes to its path when it listens already: a caller that sees the file is never refused.
+    """Move the listening socket to its path; a caller that finds the file is therefore never refused.
 
-    It replaces what a dead hub left there. The directory is locked, so the name meanwhile is nobody else's.
+    It replaces the file of a dead hub. The directory is locked, so no other hub uses the temporary name.
     """
     meanwhile = os.path.join(os.path.dirname(path), _MEANWHILE)
     if max(len(os.fsencode(path)), len(os.fsencode(meanwhile))) > _LONGEST_PATH:
         raise BadValue(f"{path}: too long for a socket, about 100 bytes are possible")
     with contextlib.suppress(FileNotFoundError):
         os.unlink(meanwhile)
-    os.fchmod(listener.fileno(), 0o600)  # Linux then creates the file with this mode at once
+    os.fchmod(listener.fileno(), 0o600)  # Linux then creates the file with this mode from the start
     listener.bind(meanwhile)
     os.chmod(meanwhile, 0o600)
     listener.listen(_BACKLOG)

@@ -1,4 +1,4 @@
-"""When a client gives a hub up whose connection is gone: soon, unless the way to it was cut before that."""
+"""When a client treats a hub as lost after its connection has ended: soon, or later if the network was cut before."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FIRST_WORDS_S = 5.0  # after a new connection: systems repeat what a cut has sw
 
 
 class Breaks:
-    """What is known of a connection, and when the hub is to be given up. No clock: times in ns are handed in."""
+    """The state of a connection, and when the hub counts as lost. No clock: times in ns are arguments."""
 
     def __init__(self, patience: Patience) -> None:
         self._patience = patience
@@ -22,9 +22,9 @@ class Breaks:
         self._until_ns: int | None = None
 
     def gone(self, now_ns: int, heard_ns: int, silent_ns: int) -> None:
-        """The connection is; the hub was heard of then, and either end had not heard the other one for `silent_ns`.
+        """The connection has ended. The hub's last message came at `heard_ns`; either end was silent for `silent_ns`.
 
-        A process that ended says so at once, by its system; where there was silence before, the other end may be back.
+        The system reports the end of a process immediately; after a silence, the other end may return.
         """
         if self.due_ns(heard_ns) is None:
             cut = was_cut(silent_ns, self._patience.lease_s)
@@ -32,21 +32,21 @@ class Breaks:
             self._until_ns = now_ns + _ns(self._patience.cut_s if cut else self._patience.broken_s)
 
     def back(self, now_ns: int) -> None:
-        """A connection is: the hub's first word on it may take a while."""
+        """The connection is back; the first message of the hub on it may take a while."""
         if self._until_ns is not None:
             self._until_ns = max(self._until_ns, now_ns + _ns(_FIRST_WORDS_S))
 
     def due_ns(self, heard_ns: int) -> int | None:
-        """When to give the hub up that was heard of then; None: it is there."""
+        """When a hub with its last message at `heard_ns` counts as lost; None: it is connected."""
         if heard_ns > self._since_ns + _LAST_WORDS_NS:
             self._until_ns = None
         return self._until_ns
 
 
 class Broken:
-    """Breaks by the clock: `lose` is called once the hub is given up. Any thread may call.
+    """Breaks with a clock: `lose` is called once the hub counts as lost. Any thread may call.
 
-    `heard_ns` says when it was last heard of, `silent_ns` how long either end has not heard the other one.
+    `heard_ns` returns the time of the last message of the hub, `silent_ns` how long either end has received nothing.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Broken:
             self._arm()
 
     def replaced(self, why: str) -> None:
-        """Another hub is where this one was: if this one is gone, it does not come back."""
+        """Another hub has taken the place of this one: if this one is gone, it does not return."""
         with self._lock:
             gone = self._breaks.due_ns(self._heard_ns()) is not None
         if gone:
@@ -90,7 +90,7 @@ class Broken:
                 self._timer.cancel()
 
     def _arm(self) -> None:
-        """Look when it is due, and not before; the caller has the lock."""
+        """Check when it is due, and not before; the caller holds the lock."""
         due_ns = self._breaks.due_ns(self._heard_ns())
         if self._timer is not None:
             self._timer.cancel()

@@ -1,4 +1,4 @@
-"""One client's commands that came too late: refused, counted, and told in a line for all of a moment."""
+"""Late commands of one client: refused, counted, and reported in one line for several of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.hub.protocol import messages as m
 
 
 class Late:
-    """`age` is the limit; `tell` gives `warn` a line about what came since the last one. Any thread may call."""
+    """`age` is the limit; `tell` calls `warn` with a line about the commands since the last one. Thread-safe."""
 
     def __init__(self, limit_s: float, warn: Callable[[str], object]) -> None:
         self.age = Age(limit_s)
@@ -22,7 +22,7 @@ class Late:
         self._oldest_s = 0.0
 
     def refusal(self, asked: Asked, now_ns: int) -> HubError | None:
-        """Of a call that was on its way for too long: its program may have given it up, and done something else.
+        """The error of a call that was in transit for too long: its program may have continued without it.
 
         Raises BadMessage.
         """
@@ -37,7 +37,7 @@ class Late:
         return HubError(f"{what} beyond {self.age.limit_s:g} s (`canwire offer --age`)")
 
     def frames(self, count: int, age_s: float) -> None:
-        """So many are not sent."""
+        """Count frames that are not sent."""
         with self._lock:
             self._count += count
             self._oldest_s = max(self._oldest_s, age_s)

@@ -1,4 +1,4 @@
-"""One ring's payloads that are under way, and commands that wait to be. No I/O, time handed in."""
+"""The payloads of one ring that are in transit, and commands that wait to be sent. No I/O; times are arguments."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOMENT_NS = 20_000_000
 
 
 class _Sent(NamedTuple):
-    """A payload: the position behind its records, its bytes, and when it was sent."""
+    """A payload: the position after its records, its size in bytes, and when it was sent."""
 
     end: int
     size: int
@@ -20,7 +20,7 @@ class _Sent(NamedTuple):
 
 
 class UnderWay:
-    """What was sent and has not come, as far as is known."""
+    """The payloads that were sent and are not known to have arrived."""
 
     def __init__(self, way: Way) -> None:
         self._way = way
@@ -31,7 +31,7 @@ class UnderWay:
         self._way.sent(size)
 
     def came(self, received: int, now_ns: int) -> None:
-        """All up to that position; at `now_ns`, 0: it says nothing about the way."""
+        """All records up to that position arrived, at `now_ns` (0: unknown, not used to measure the network)."""
         last_ns, size, count = 0, 0, 0
         while self._sent and self._sent[0].end <= received:
             one = self._sent.popleft()
@@ -42,20 +42,20 @@ class UnderWay:
                 self._way.came(last_ns, now_ns)
 
     def forget(self) -> None:
-        """It is sent anew, or not at all."""
+        """Forget all payloads: they are sent again, or not at all."""
         self._way.gone(sum(one.size for one in self._sent), len(self._sent))
         self._sent.clear()
 
 
 class Given:
-    """When commands were given that are not known to have come; those of one moment are marked together."""
+    """The times of commands that are not known to have arrived; commands of one moment are marked together."""
 
     def __init__(self, clock: OtherClock) -> None:
         self._clock = clock
         self._until: deque[tuple[int, int]] = deque()  # up to which position, and by when at the latest
 
     def mark(self, received: int, end: int, now_ns: int) -> None:
-        """Up to `end` they have been given by now; up to `received` they have come."""
+        """Commands up to `end` have been given by now; those up to `received` have arrived."""
         until = self._until
         while until and until[0][0] <= received:
             until.popleft()
@@ -66,7 +66,7 @@ class Given:
             until.append((end, now_ns))
 
     def alike(self, sent: int) -> tuple[int, int]:
-        """How many of those behind `sent` were given at the same time, and its stamp; 0: it does not matter."""
+        """How many commands after `sent` were given at the same time, and their stamp; 0: not needed."""
         for end, at_ns in self._until:
             if end > sent:
                 return end - sent, self._clock.stamp(at_ns)

@@ -1,8 +1,8 @@
-"""What one end knows of the way to the other: how much may be under way on it, and how long small batches wait.
+"""Flow control in one direction: how many bytes may be in transit, and how long small batches wait.
 
-What waits in a slow network waits in front of calls and signs of life. So no more is under way than comes within a
-moment: batches that took longer than the quickest ones by more than that make the window smaller, and it grows while
-it is full and they do not. On a way that was found slow, batches are larger and squeezed.
+Data that queue in a slow network delay the calls and signs of life after them. So the window limits the bytes in
+transit: it shrinks if batches take longer than the fastest ones by more than QUEUE_NS, and it grows while it is full
+and they do not. On a slow network, batches are larger and compressed.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ _NEVER = 1 << 62
 
 
 class Way:
-    """Shared by all rings of a link that are sent; it begins with `limit` bytes.
+    """The window that all outgoing rings of a link share; it starts with `limit` bytes.
 
-    No clock: times in ns are handed in; any thread may call.
+    No clock: times in ns are arguments; any thread may call.
     """
 
     def __init__(self, limit: int = FIRST) -> None:
@@ -40,7 +40,7 @@ class Way:
         self._crowd_ns = 0
 
     def shared_with(self, clients: int) -> None:
-        """So many clients are served by this process."""
+        """Set the number of clients that this process serves."""
         self._crowd_ns = max(0, clients - _FEW) * _MORE_NS
 
     @property
@@ -50,7 +50,7 @@ class Way:
 
     @property
     def at_once(self) -> int:
-        """So many small batches do not, within that time."""
+        """The number of small batches within that time that need not wait."""
         return 1 if self.slow or self._crowd_ns else AT_ONCE
 
     def room(self) -> int:
@@ -63,26 +63,26 @@ class Way:
 
     @property
     def asks(self) -> bool:
-        """The other end should say soon what has come."""
+        """Whether the other end should report soon what has arrived."""
         return self.slow or (self._full and self._limit < WINDOW)
 
     def waits(self) -> bool:
-        """Something had no room; said once."""
+        """Whether something had no room; True only once."""
         found, self._waits = self._waits, False
         return found
 
     def sent(self, size: int) -> None:
-        """A payload of so many bytes is under way."""
+        """A payload of this size in bytes is in transit."""
         with self._lock:
             self._under_way += size + _HEAD
 
     def gone(self, size: int, payloads: int) -> None:
-        """So many bytes are no longer: they came, or are sent anew."""
+        """This number of bytes has left the window: they arrived, or are sent again."""
         with self._lock:
             self._under_way -= size + payloads * _HEAD
 
     def came(self, sent_ns: int, now_ns: int) -> None:
-        """What was sent then has come."""
+        """The payload that was sent at `sent_ns` has arrived."""
         took_ns = max(0, now_ns - sent_ns)
         with self._lock:
             queue_ns = took_ns - self._quickest(took_ns, now_ns)

@@ -1,4 +1,4 @@
-"""One thread's place in the hub's time, held for a program elsewhere: waits begin at once, a thread tells their end."""
+"""The place of a remote program's thread in the hub's time: waits begin immediately, a thread reports their end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from canwire.hub.protocol.turn_wait import TurnWait
 
 Done = Callable[[int | None], object]
-"""Is told the time at the next turn; None: there will be none, or another wait has begun since."""
+"""Is called with the time at the next turn; None: no turn will come, or another wait has begun since."""
 
 
 class HeldPlace:
@@ -34,7 +34,7 @@ class HeldPlace:
         done(None)
 
     def stir(self) -> None:
-        """The program's threads look again; the hub is still to be told."""
+        """The program's threads check again; the hub is not notified yet."""
         self._page.stir()
 
     def end(self) -> None:

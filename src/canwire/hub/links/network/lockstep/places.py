@@ -1,7 +1,7 @@
-"""A timed program's place in the hub's time, held at the hub's end of the network.
+"""The place of a remote program in the hub's time, held at the hub's end of the network.
 
-The hub shares a page with whoever has the place, and that is the guest: so what the network brings early is looked at
-only when the program begins to wait, and a turn is given as quickly as beside the hub.
+The hub shares a page with the holder of the place, which is the guest. So data that arrive early are considered only
+when the program begins to wait, and a turn is given as quickly as to a local program.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Places:
     def begins(
         self, asked: Asked, request: m.Message, answer: Callable[[m.Message], object], *, may_wait: bool
     ) -> bool:
-        """A wait for a turn by the hub's page begins at once, and is answered when it is over.
+        """A wait for a turn by the hub's page begins immediately, and is answered when it is over.
 
         False for any other request, and where something has to be asked of the hub before and nobody `may_wait`.
         """
@@ -78,7 +78,7 @@ class Places:
             self._link.call(m.Stir())
 
     def taken(self, mirrors: Iterable[object]) -> Positions:
-        """What an answer tells of the hub's side of the rings."""
+        """The hub's positions in the rings, for an answer."""
         return ring_states.taken(mirrors) if self.timed else ()
 
     def stir(self) -> None:
@@ -88,7 +88,7 @@ class Places:
         self._link.doorbell.signal()
 
     def lost(self) -> None:
-        """The link has ended: nobody waits any longer."""
+        """The link has ended: end all waits."""
         for page in list(self._pages.values()):
             page.end()
 

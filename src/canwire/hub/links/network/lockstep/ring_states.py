@@ -1,7 +1,7 @@
-"""How a timed program has left its rings when it calls, and how the hub has when it answers. No I/O.
+"""The states of the rings of a program in lockstep at its call, and of the hub's at its answer. No I/O.
 
-Beside it a program's own memory tells the hub what was taken and which change is waited for. From another machine both
-travel with each call, so that they count from the same moment of the hub's time, whatever the network does.
+On the hub's machine, shared memory contains the records taken and the change that a program waits for. From another
+machine both are sent with each call, so that they count from the same moment of the hub's time on any network.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""How often a program's other threads were told to look again, on its way to the hub. No I/O.
+"""The number of times that a program's other threads were woken to check again, on its way to the hub. No I/O.
 
-Only the latest number counts, so nothing is kept: what a network drops is in the next one.
+Only the latest number counts, so nothing is kept: the next number replaces one that the network drops.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class OutgoingStirs:
         self.written = self.sent = self._received = 0
 
     def stir(self) -> None:
-        """From anywhere, without a lock: of two that meet here, one tells of both."""
+        """Count a wake-up, from any thread, without a lock: two at the same time may count as one."""
         self.written += 1
 
     @property
@@ -64,7 +64,7 @@ class IncomingStirs:
     def accept(self, first: int, records: memoryview) -> bool:
         self._asked = True
         if first >= self.received:
-            self._stir()  # before anybody may see that it has come
+            self._stir()  # before its arrival becomes visible
             self.received = first + 1
         return True
 
@@ -74,7 +74,7 @@ class IncomingStirs:
         self._missing |= position > self.received
 
     def report(self, now_ns: int, *, at_once: bool = False) -> Report | None:
-        """What is to be told now."""
+        """The report to send now."""
         if not (self._asked or self._missing):
             return None
         made = Report(self.number, self.received, self.received, self._missing)

@@ -1,4 +1,4 @@
-"""How this package hears from Zenoh: its threads call straight into Python, and each stays known to the interpreter."""
+"""Callbacks of Zenoh: its threads call directly into Python, and each stays registered with the interpreter."""
 
 from __future__ import annotations
 

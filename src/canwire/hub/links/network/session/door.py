@@ -1,4 +1,4 @@
-"""What a bare TCP connection finds at an endpoint: how far away it is, and why somebody may not have come in."""
+"""Probes an endpoint with a plain TCP connection: the round-trip time, and why a client may have been refused."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOOK_S = 0.3
 
 
 class Door(enum.Enum):
-    """What there is at an endpoint."""
+    """What a TCP connection finds at an endpoint."""
 
     NONE = "nobody listens"
     FULL = "a connection is ended as soon as it is there"
@@ -36,7 +36,7 @@ def at_the_door(endpoint: str) -> Door:
 
 
 def round_trip_s(endpoint: str) -> float:
-    """The way there and back; 0 where nobody listens."""
+    """The round-trip time to an endpoint in s; 0 if no program listens."""
     began_s = time.monotonic()
     try:
         socket.create_connection(host_and_port(endpoint), _CONNECT_S).close()
@@ -46,7 +46,7 @@ def round_trip_s(endpoint: str) -> float:
 
 
 def host_and_port(endpoint: str) -> tuple[str, int]:
-    """Of an endpoint such as tcp/192.168.1.5:7449; raises BadValue."""
+    """Host and port of an endpoint such as tcp/192.168.1.5:7449; raises BadValue."""
     host, _, port = endpoint.partition("/")[2].partition("?")[0].partition("#")[0].rpartition(":")
     if not host or not port.isdecimal():
         raise BadValue(f"{endpoint!r}: PROTOCOL/ADDRESS:PORT, such as tcp/192.168.1.5:7449")

@@ -1,4 +1,4 @@
-"""What puts payloads on the way, and never waits: what cannot go is dropped, and sent again by the pump's ends."""
+"""Sends payloads without waiting: a payload that cannot be sent is dropped, and the mirrors send it again."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from canwire.hub.links.network.session.settings import load_zenoh
 
-_LARGE = 4_096  # bytes: such batches may share a packet with the next one, smaller ones go at once
+_LARGE = 4_096  # bytes: such batches may share a packet with the next one, smaller ones are sent immediately
 
 
 def sender(session: Any, key: str) -> Callable[[bytes], None]:

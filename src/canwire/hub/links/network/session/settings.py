@@ -1,6 +1,6 @@
-"""How Zenoh is set up, and why: each line of it answers something that was measured or that stands in its manual.
+"""The settings of Zenoh, and the reasons: each follows from a measurement or from the manual of Zenoh.
 
-Nothing here waits for long: what a full queue cannot take is dropped, and sent again by this package.
+Nothing here waits for long: payloads that do not fit a full queue are dropped, and sent again by this package.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ Settings = dict[str, Any]
 
 
 class Patience(NamedTuple):
-    """How long silence is borne: by a call, by the link while its connection is broken or given up as silent, and by
-    one that connects."""
+    """How long silence is tolerated: by a call, by a link whose connection is broken or was dropped as silent, and by
+    a connection attempt."""
 
     call_s: float = 1.7
     broken_s: float = 1.5
@@ -46,7 +46,7 @@ class Patience(NamedTuple):
 
 
 def load_zenoh() -> Any:
-    """The library; raises ExtraMissing. It takes 20 ms, which only who uses the network should pay."""
+    """The library, loaded on first use because that takes 20 ms; raises ExtraMissing."""
     try:
         import zenoh
     except ImportError:
@@ -55,10 +55,10 @@ def load_zenoh() -> Any:
 
 
 def usual(lease_s: float) -> Settings:
-    """What both ends have in common."""
+    """The settings that both ends have in common."""
     queue = "transport/link/tx/queue/congestion_control"
     return {
-        "scouting/multicast/enabled": False,  # else every machine of the network is told, and asked
+        "scouting/multicast/enabled": False,  # otherwise every machine of the network gets announcements and requests
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,  # on by default; stopped a router at 351 sessions
         "transport/unicast/max_sessions": SESSIONS,
@@ -91,7 +91,7 @@ def for_client(
 def for_hub(
     listen: tuple[str, ...], via: tuple[str, ...], access: Access | None, lease_s: float = LEASE_S
 ) -> Settings:
-    """A hub's session: it listens where it was told, and nowhere else; or it joins routers, which keep the lists."""
+    """A hub's session: it listens at the given endpoints only, or it joins routers, which keep the access lists."""
     settings = {
         **usual(lease_s),
         "mode": "peer",
@@ -110,18 +110,18 @@ def for_hub(
 
 
 def for_router(listen: tuple[str, ...], access: Access, lease_s: float = LEASE_S) -> Settings:
-    """A router that asks everybody who they are: users, as at a hub, and the hubs themselves by [router]'s name."""
+    """A router that authenticates all connections: of users, as at a hub, and of hubs by the name in [router]."""
     return {**usual(lease_s), "mode": "router", "listen/endpoints": list(listen), **_asking(access)}
 
 
 def _asking(access: Access) -> Settings:
-    """Who listens lets nobody in but these, each to keys of its own."""
+    """The settings with which a listening session admits only these users, each to separate keys."""
     tls = _tls(access.tls, "listen") if access.tls is not None else {}
     return {"access_control": rules(access.users, access.router), **tls}
 
 
 def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
-    """Each user has keys of its own, and sees which hubs there are; nobody else's, and nothing more.
+    """Each user may use separate keys and see the list of hubs, but no keys of other users and nothing else.
 
     A `hub` that comes to a router has everybody's.
     """
@@ -145,7 +145,7 @@ def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
 def check_reach(
     listen: tuple[str, ...], access: Access | None, *, via: tuple[str, ...] = (), insecure: bool
 ) -> None:
-    """Raises BadValue for a door that anybody on the network could come in by, unless that was asked for."""
+    """Raises BadValue for an endpoint open to every program on the network, unless that was requested."""
     if access is not None:
         _check_routers(listen, via, access)
         return
@@ -153,20 +153,20 @@ def check_reach(
         return
     for endpoint in via:
         raise BadValue(
-            f"{endpoint}: whoever reaches that router would reach this hub, and nobody would be asked who they are; "
+            f"{endpoint}: every program that reaches that router would reach this hub without authentication; "
             "give --access FILE with users and [router], where the router is `canwire router --access FILE` or one "
             "with such a list, or --insecure"
         )
     for endpoint in listen:
         if not _is_loopback(endpoint):
             raise BadValue(
-                f"{endpoint}: other machines reach it, and nobody would be asked who they are; give --access FILE "
+                f"{endpoint}: other machines reach it, and would need no authentication; give --access FILE "
                 "with users, or --insecure"
             )
 
 
 def _check_routers(listen: tuple[str, ...], via: tuple[str, ...], access: Access) -> None:
-    """With a list, the hub asks who somebody is, or the router does."""
+    """With an access list, either the hub or the router authenticates users, not both."""
     if via and listen:
         raise BadValue(
             f"{via[0]} and {listen[0]} with --access: behind a router it is the router that asks who somebody is; "
@@ -209,14 +209,14 @@ def open_for_hub(settings: Settings, access: Access | None) -> Any:
 
 
 def _passwords(access: Access) -> dict[str, str]:
-    """Of everybody who may come in by one."""
+    """The passwords of all users that have one."""
     found = {name: user.password for name, user in access.users.items() if user.password}
     own = access.router
     return found | ({own.user: own.password} if own is not None and own.password else {})
 
 
 def open_for_client(settings: Settings) -> Any:
-    """Raises HubLost where nobody answers, or nobody lets this one in."""
+    """A program's session; raises HubLost if no hub or router answers or admits this program."""
     zenoh = load_zenoh()
     endpoint = settings["connect/endpoints"][0]
     far_ms = round(1000 * _ROUNDS * round_trip_s(endpoint))
@@ -231,7 +231,7 @@ def open_for_client(settings: Settings) -> Any:
             ) from None
         if met is Door.OPEN:
             user = settings.get("transport/auth/usrpwd/user", "")
-            who = f"{user} with this password" if user else "anybody without a name"
+            who = f"{user} with this password" if user else "anyone without a name"
             raise HubLost(
                 f"{endpoint}: somebody listens but does not let {who} in (CANWIRE_NETWORK names the file with user, "
                 f"password and certificates); or it is no hub"
@@ -246,7 +246,7 @@ def _rule(name: str, messages: list[str], key: str) -> Settings:
 
 
 def _told_by(user: User | Router) -> str:
-    """What says who somebody is: a password, or the name in a certificate."""
+    """How a user is identified: by a password, or by the name in a certificate."""
     return "usernames" if user.password else "cert_common_names"
 
 
