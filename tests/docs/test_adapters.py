@@ -24,7 +24,7 @@ NO_REASON = {"virtual", "udp_multicast", "canwire", "slcan"}  # they open here; 
 def rows() -> list[tuple[list[str], str, list[str]]]:
     """Names of interfaces, what they were tried with, and the tests that show it."""
     text = (ROOT / "docs" / "adapters.md").read_text(encoding="utf-8")
-    table = text[text.index("## Which interface was tried with what") :]
+    table = text[text.index("## Tests of the interfaces") :]
     found = (ROW.fullmatch(line) for line in table.splitlines())
     return [
         (re.findall(r"`(\w+)`", one[1]), one[3], re.findall(r"`([\w/.]+)`", one[4])) for one in found if one

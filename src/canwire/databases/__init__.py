@@ -1,6 +1,6 @@
-"""Names and signals of frames by a network's description: DBC, ARXML, KCD, SYM and LDF files behind one `Database`.
+"""Names and signals of frames from a network description: DBC, ARXML, KCD, SYM and LDF files as one `Database`.
 
-`loading.py` reads files, with `can_file.py` over cantools and `lin_file.py` over ldfparser as the two that know those
-libraries; `description.py` is what a file says, `matching.py` which message a frame is, `values_in.py` which values
-fit, `columns.py` decodes many frames at once with numpy, `port.py` is a node or channel that speaks by name.
+`loading.py` reads files; only `can_file.py` uses cantools, and only `lin_file.py` uses ldfparser. `description.py`
+describes messages and signals, `matching.py` finds the message of a frame, `values_in.py` checks values, `columns.py`
+decodes many frames in one call with numpy, and `port.py` sends and receives by name on a node or channel.
 """

@@ -1,4 +1,4 @@
-"""What AUTOSAR files add to messages, by cantools: E2E protection by profile 2 or 5, and what containers hold.
+"""AUTOSAR features of messages, with cantools: E2E protection by profile 2 or 5, and containers.
 
 Profile 2 has a checksum in byte 0 and a counter from 0 to 15 in the low half of byte 1; profile 5 a checksum in the
 bytes 0 and 1 (low one first) and a counter from 0 to 255 in byte 2.
@@ -18,7 +18,7 @@ _IDS_OF_5 = 1
 
 
 class Profile(NamedTuple):
-    """Where a profile's counter stands: `place` the byte, `last` its highest value."""
+    """The counter of a profile: `place` is its byte, `last` its highest value."""
 
     number: int
     place: int
@@ -26,7 +26,7 @@ class Profile(NamedTuple):
 
 
 class Guard(NamedTuple):
-    """Of one message: what is wrong with its checksum, "" for nothing; its counter and how many values that has."""
+    """The check of one message: the fault of its checksum ("" for none), its counter, the number of counter values."""
 
     name: str
     fault: str
@@ -37,7 +37,7 @@ _PROFILES = {_IDS_OF_2: Profile(2, 1, 15), _IDS_OF_5: Profile(5, 2, 255)}
 
 
 def profile_of(message: Any) -> Profile | None:
-    """How cantools' message is protected; None for one that is not, or in a way that cantools does not know."""
+    """The protection of cantools' message; None if it has none, or one that cantools does not support."""
     e2e = None if message.autosar is None else message.autosar.e2e
     if e2e is None or not e2e.data_ids:
         return None
@@ -45,9 +45,9 @@ def profile_of(message: Any) -> Profile | None:
 
 
 def protected(message: Any, data: bytes, count: int) -> bytes:
-    """The data with this counter and its checksum, in a container those of each message that has such.
+    """The data with this counter and its checksum; in a container, for each protected message.
 
-    Raises BadDescription where they do not fit in.
+    Raises BadDescription if they do not fit.
     """
     made = bytearray(data)
     for held, profile, at, part in _guarded(message, data):
@@ -56,7 +56,7 @@ def protected(message: Any, data: bytes, count: int) -> bytes:
 
 
 def guards_in(message: Any, data: bytes) -> list[Guard]:
-    """What the checksums say: the message's own, or those of the messages in a container."""
+    """The results of the checksums: of the message, or of the messages in a container."""
     return [
         Guard(
             held.name,
@@ -104,7 +104,7 @@ def _fault_of(message: Any, profile: Profile, data: bytes) -> str:
 
 
 def contents_of(message: Any, data: bytes) -> Iterator[tuple[Any, bytes]]:
-    """Each message in a container and its data; a number in the place of one that the file does not know.
+    """Each message in a container, and its data; a message that the file does not know is given as its number.
 
     Raises cantools' DecodeError for a container that does not end where it says.
     """

@@ -1,4 +1,4 @@
-"""DBC, ARXML, KCD and SYM files by cantools, which nobody else here knows of.
+"""DBC, ARXML, KCD and SYM files, read with cantools.
 
 Source: cantools 45; the attributes GenMsgCycleTime, GenSigStartValue, VFrameFormat and CANFD_BRS are Vector's.
 """
@@ -19,11 +19,11 @@ from canwire.errors import BadDescription, BadValue, ExtraMissing
 from canwire.values.frame import Frame
 
 Decoded = dict[str, tuple[Number | list[int], str]]
-"""Number and text ("" for none) by signal."""
+"""The number and the text ("" for none) of each signal."""
 
 
 class CanFile:
-    """One file; `strict` refuses signals that overlap or do not fit their message, `j1939` overrules what it says.
+    """One file; `strict` refuses signals that overlap or do not fit their message, `j1939` overrides the file.
 
     Raises BadDescription, ExtraMissing.
     """
@@ -49,11 +49,11 @@ class CanFile:
         self._readings = {name: _readings(message) for name, message in self._by_name.items()}
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
-        """The data of a message with these values, which fit and are all that it needs."""
+        """The data of a message with these values, which must be complete and in range."""
         return bytes(self._by_name[name].encode(dict(values), strict=False))
 
     def unpack(self, name: str, data: bytes) -> tuple[Decoded, str]:
-        """The signals that are in the data, and why there are none, or which do not fit into the message."""
+        """The signals in the data, and a text: why there are none, or which do not fit into the message."""
         if name in self._untidy:
             raws, problem = read_one_by_one(self._untidy[name], data)
             return {
@@ -64,7 +64,7 @@ class CanFile:
     def unpack_container(
         self, name: str, data: bytes
     ) -> tuple[list[tuple[MessageDescription, Decoded, str]], str]:
-        """The messages in a container, each as `unpack` has it, and why there are not all of them."""
+        """The messages in a container, each as from `unpack`, and a text: why some are missing."""
         held = {one.name: one for one in self._described(name).contained}
         found, unknown = [], []
         try:
@@ -78,7 +78,7 @@ class CanFile:
         return found, f"unknown messages in it: {', '.join(unknown)}" if unknown else ""
 
     def pack_container(self, name: str, parts: Sequence[tuple[str, Mapping[str, Value]]]) -> bytes:
-        """The data of a container with these messages, whose values fit; raises BadValue where they are too long."""
+        """The data of a container with these messages, whose values are in range. Raises BadValue if too long."""
         container = self._by_name[name]
         by_name = {one.name: one for one in container.contained_messages}
         data = b"".join(
@@ -93,11 +93,11 @@ class CanFile:
         return data
 
     def protect(self, name: str, data: bytes, count: int) -> bytes:
-        """The data with counter and checksum, where the message has such, or messages in it; else as they are."""
+        """The data with counter and checksum, if the message or messages in it have them; else unchanged."""
         return protected(self._by_name[name], data, count)
 
     def guards_in(self, name: str, data: bytes) -> list[Guard]:
-        """What checksums and counters of the message, or of those in it, are."""
+        """The checksums and counters of the message, or of the messages in it."""
         return guards_in(self._by_name[name], data)
 
     def _described(self, name: str) -> MessageDescription:
@@ -262,7 +262,7 @@ def _loaded(path: Path, encoding: str | None, strict: bool) -> Any:
         raise ExtraMissing("cantools", "databases") from None
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of its own parsers
+            warnings.simplefilter("ignore")  # from the parsers of cantools
             database = cantools.database.load_file(path, encoding=encoding, strict=strict)
     except OSError as error:
         raise BadDescription(f"{path}: {error.strerror}") from None

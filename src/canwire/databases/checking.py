@@ -1,7 +1,7 @@
-"""Whether counters and checksums of received messages are right: those of the file, and those of plug-ins.
+"""Checks the counters and checksums of received messages, by the file and by plug-ins.
 
-A plug-in finishes messages that are sent. The same one tells what a received message should have been: finished for the
-count that is next, its frame is the one that came, or something is wrong.
+A plug-in finishes messages before they are sent. The same plug-in checks a received message: finished with the next
+count, the message must give the received frame.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ Plugin = Callable[[OutgoingMessage], None]
 
 
 class MessageCheck:
-    """What is wrong with received messages, one stream of each. `faults` counts them.
+    """Checks received messages, one stream of each message. `faults` counts the wrong ones.
 
-    `plugins` are those that finish the messages where they are sent; the file's E2E profiles are checked without.
+    `plugins` are those with which the sender finishes its messages; the file's E2E profiles need none.
     """
 
     def __init__(self, codec: Codec, plugins: Iterable[Plugin] = ()) -> None:
@@ -34,7 +34,7 @@ class MessageCheck:
         self._counts: dict[str, int] = {}
 
     def fault_of(self, frame: Frame | LinFrame) -> str:
-        """Why this frame is not what should have come next, "" if it is; frames that the file does not know are."""
+        """Why this frame is wrong, "" if it is right; frames that the file does not know count as right."""
         found = self._codec.decode(frame) if isinstance(frame, Frame) else None
         if found is None or not isinstance(frame, Frame) or (found.problem and not found.contained):
             return ""
@@ -91,7 +91,7 @@ class MessageCheck:
 
 
 class _Watched(dict):  # type: ignore[type-arg]
-    """Signals, and whether somebody put one in."""
+    """Signals, and whether a plug-in has set one."""
 
     changed = False
 

@@ -1,4 +1,4 @@
-"""What ports and simulations need of a database; `database.py` is one."""
+"""The interface of a database for ports and simulations; `database.py` implements it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from canwire.values.lin.frame import LinFrame
 
 
 class Codec(Protocol):
-    """Messages to frames and back; see `Database` for each."""
+    """Converts messages to frames and back; see the methods of `Database`."""
 
     path: str
     messages: dict[str, MessageDescription]
 
     def message(self, name: str) -> MessageDescription:
-        """By name; raises BadValue."""
+        """The message of this name; raises BadValue."""
 
     def sent_by(self, node: str) -> list[MessageDescription]:
-        """A node's; raises BadValue."""
+        """The messages of a node; raises BadValue."""
 
     def signals_in(self, name: str, signals: Mapping[str, Value]) -> list[str]:
-        """Which are in the frame; raises BadValue."""
+        """The signals in the frame; raises BadValue."""
 
     def complete(
         self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None
     ) -> dict[str, Value]:
-        """With start values; raises BadSignals, BadValue."""
+        """The values, completed with start values; raises BadSignals, BadValue."""
 
     def encode(
         self,
@@ -45,7 +45,7 @@ class Codec(Protocol):
         """The message; None for an unknown frame."""
 
     def protect(self, frame: Frame, count: int) -> Frame:
-        """With the counter and checksum that the file has for it."""
+        """The frame with the counter and checksum that the file defines."""
 
     def protections_of(self, frame: Frame) -> list[tuple[str, str, tuple[int, int] | None]]:
-        """What is wrong with checksums in it, and their counters."""
+        """The faults of the checksums in the frame, and the counters."""

@@ -1,6 +1,7 @@
-"""Signals of many frames at once: frames are grouped by message, and each signal is a few operations on whole columns.
+"""Decodes many frames in one call: grouped by message, each signal with a few operations on whole columns.
 
-The values are cantools' own: the same integers where scale and offset are whole, else the same floating-point products.
+The values equal those of cantools: the same integers if scale and offset are whole, else the same floating-point
+products.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class SignalColumns:
-    """All frames of one message among the records that were decoded, in their order.
+    """All decoded frames of one message, in the order of the records.
 
-    `rows` are their places among the records, `time_ns` their times. `signals` are physical values by name: int64 where
-    they are whole, else float64 (uint64 or Python's integers where 64 bits do not do). `present` tells by name in which
-    of them a signal is, None for in all: others are multiplexed, cut off by short data, or do not fit into the message;
-    what `signals` holds there means nothing. `undecoded` counts frames with a multiplexer value that the file does not
-    know: nothing is in these.
+    `rows` are their indices in the records, `time_ns` their times. `signals` are physical values by name: int64 if
+    whole, else float64 (uint64 or Python's integers if int64 is too small). `present` gives by name the frames that
+    contain a signal, None for all frames: in the others it is multiplexed out, cut off by short data, or does not fit
+    into the message, and its value in `signals` is meaningless. `undecoded` counts frames with a multiplexer value
+    that the file does not know; they contain no signals.
     """
 
     message: MessageDescription
@@ -51,7 +52,7 @@ class SignalColumns:
         return f"<columns of {self.message.name}: {len(self.rows)} frames, {', '.join(self.signals) or 'no signal'}>"
 
     def texts(self, name: str) -> numpy.ndarray:
-        """The texts that the file gives a signal's values, "" for values without one, as an array of objects."""
+        """The texts of a signal's values in the file, "" for values without a text, as an array of objects."""
         import numpy
 
         choices = self.message.signals[name].choices
@@ -92,7 +93,7 @@ def decode_signal(
 ) -> tuple[numpy.ndarray, numpy.ndarray | None, numpy.ndarray]:
     """One signal of `record_dtype()` records that are all frames of this message: see SignalColumns.
 
-    Its physical values, in which of them it is (None: in all), and its raw values.
+    Its physical values, the frames that contain it (None: all), and its raw values.
     """
     numpy = load_numpy()
     words = numpy.ascontiguousarray(records).view("<u8").reshape(len(records), 10)

@@ -1,4 +1,4 @@
-"""A network's description: messages by name and by frame."""
+"""A network description: messages by name and by frame."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 @answers_wrong_names
 class Database:
-    """What `load_database` gives.
+    """A network description, from `load_database`.
 
-    `messages` are all messages by name, in the file's order; `nodes` the names of those who send and receive them.
+    `messages` are all messages by name, in the file's order; `nodes` are the names of their senders and receivers.
     """
 
     def __init__(self, path: str, file: CanFile | LinFile) -> None:
@@ -45,7 +45,7 @@ class Database:
         self._matching = Matching([] if isinstance(file, LinFile) else file.messages)
 
     def message(self, name: str) -> MessageDescription:
-        """The message of that name; raises BadValue with names that are near."""
+        """The message of that name; raises BadValue with similar names."""
         if not isinstance(name, str):
             raise TypeError(
                 f"message {shown(name)}: must be its name, not {type(name).__name__}{self._name_of(name)}"
@@ -60,7 +60,7 @@ class Database:
         return f"; {id:#x} is {found!r}" if found else ""
 
     def sent_by(self, node: str) -> list[MessageDescription]:
-        """The messages that this node sends; raises BadValue with names that are near."""
+        """The messages that this node sends; raises BadValue with similar names."""
         if node not in self.nodes:
             raise BadValue(f"{self.path}: no node {node!r}; {near(node, self.nodes)}")
         return [message for message in self.messages.values() if node in message.senders]
@@ -85,9 +85,9 @@ class Database:
     ) -> Frame | LinFrame:
         """The message's frame with these signals, as physical values or texts.
 
-        Signals that are left out have the file's start value, or `fill` where it gives none. `source` (0 to 255),
-        `destination` and `priority` (0 to 7) go into J1939 identifiers. Raises BadSignals, which names every signal at
-        fault with its range, and BadValue.
+        Signals that are left out get the file's start value, or `fill` if it gives none. `source` (0 to 255),
+        `destination` and `priority` (0 to 7) go into J1939 identifiers. Raises BadSignals, which names every wrong
+        signal with its range, and BadValue.
         """
         message = self.message(name)
         instance("signals", signals, Mapping)
@@ -106,7 +106,7 @@ class Database:
     def encode_container(
         self, name: str, messages: Mapping[str, Mapping[str, Value]], *, fill: Number | None = None
     ) -> Frame:
-        """A container's frame with these messages in it, by name, in this order; raises like `encode`."""
+        """The frame of a container with these messages, by name, in this order; raises like `encode`."""
         container = self.message(name)
         held = {one.name: one for one in container.contained}
         if not held:
@@ -119,11 +119,11 @@ class Database:
         return frame_of(container, container.id, self._file.pack_container(name, parts))
 
     def protect(self, frame: Frame, count: int) -> Frame:
-        """The frame with the counter and the checksum that the file has for its message (E2E profiles 2 and 5), or for
-        the messages in a container.
+        """The frame with the counter and the checksum that the file defines (E2E profiles 2 and 5) for its message, or
+        for the messages in a container.
 
-        `count` tells how many of them were sent before. Frames of all other messages are returned as they are. Raises
-        BadDescription where the data have no room for them.
+        `count` is the number of such messages sent before. Frames of other messages are returned unchanged. Raises
+        BadDescription if the data have no room.
         """
         instance("frame", frame, Frame)
         number = whole("count", count, 0, 1 << 62)
@@ -153,8 +153,8 @@ class Database:
         return list(self._file.guards_in(message.name, frame.data))
 
     def protection_of(self, frame: Frame) -> tuple[str, tuple[int, int] | None]:
-        """What is wrong with the frame's checksum, "" where it is right or there is none; its counter, and how many
-        values that has, None without. Of a container: what is wrong with any message in it."""
+        """The fault of the frame's checksum ("" if it is right or missing), its counter, and the number of counter
+        values (None without a counter). For a container: the faults of all messages in it."""
         guards = self.protections_of(frame)
         if len(guards) == 1 and self.message_of(frame) is self.messages.get(guards[0][0]):
             return guards[0][1:]
@@ -171,12 +171,12 @@ class Database:
         return complete(self.message(name), signals, fill)
 
     def pack(self, name: str, signals: Mapping[str, Value], *, fill: Number | None = None) -> bytes:
-        """The message's data alone, which may be longer than a frame's. Raises like `encode`."""
+        """Only the data of the message, which may be longer than a frame. Raises like `encode`."""
         packed = self._file.pack(name, complete(self.message(name), signals, fill))
         return packed.data if isinstance(packed, LinFrame) else packed
 
     def decode(self, frame: Frame | LinFrame) -> DecodedMessage | None:
-        """The frame by name; None for a frame that the file does not know, and for a remote frame."""
+        """The decoded frame; None for a frame that the file does not know, and for a remote frame."""
         instance("frame", frame, Frame, LinFrame)
         message = self.message_of(frame)
         if message is None:
@@ -195,7 +195,7 @@ class Database:
         return _decoded(message, frame, *found)
 
     def decode_arrays(self, records: numpy.ndarray) -> dict[str, SignalColumns]:
-        """Many frames at once, records of `record_dtype()`: columns of signals by the message's name.
+        """Decode many frames, records of `record_dtype()`: columns of signals by message name.
 
         Frames that the file does not know, remote frames and events are left out. Needs canwire[arrays].
         """
@@ -205,10 +205,10 @@ class Database:
         return decode_columns(records, listed, self._matching)
 
     def on(self, node: Any, *, fill: Number | None = None, source: int | None = None) -> MessagePort:
-        """This node of the lab (CAN or LIN), or channel on a shared line, by name: send, expect, iterate over messages.
+        """A port on this node of the lab (CAN or LIN) or channel on a shared line: sends and receives messages by name.
 
-        `fill` is for signals that nobody gives and that have no start value, `source` the address that J1939 messages
-        are sent from. Raises TypeError for anything else.
+        `fill` is the value of signals that are not given and have no start value, `source` the address from which
+        J1939 messages are sent. Raises TypeError for anything else.
 
         >>> db = load_database("examples/engine.dbc")
         >>> with Lab() as lab:
@@ -230,22 +230,22 @@ class Database:
         plugins: Iterable[Callable[[OutgoingMessage], None]] = (),
         fill: Number = 0,
     ) -> Simulation:
-        """This node's messages at their cycle times: `bus.node("engine", db.simulated("Engine"))`. See Simulation.
+        """A node's messages at their cycle times, a Simulation: `bus.node("engine", db.simulated("Engine"))`.
 
-        Raises BadValue for a node that is not there or sends nothing in cycles, BadSignals for values that do not fit.
+        Raises BadValue for an unknown node or one without cyclic messages, BadSignals for values out of range.
         """
         from canwire.databases.simulation import Simulation
 
         return Simulation(self, node, signals=signals, plugins=plugins, fill=fill)
 
     def check(self, plugins: Iterable[Callable[[OutgoingMessage], None]] = ()) -> MessageCheck:
-        """Counters and checksums of what is received, by the file's E2E profiles and by plug-ins. See MessageCheck."""
+        """Check counters and checksums of messages, by the file's E2E profiles and plug-ins: a MessageCheck."""
         from canwire.databases.checking import MessageCheck
 
         return MessageCheck(self, plugins)
 
     def id_masks(self, *names: str) -> list[tuple[int, int, bool]]:
-        """(identifier, mask, extended) for each of these messages, as filters have it: a mask bit of 1 must match.
+        """(identifier, mask, extended) for each of these messages, as for filters: a mask bit of 1 must match.
 
         J1939 messages leave priority and source open. Raises BadValue.
         """

@@ -1,4 +1,4 @@
-"""One frame's content by name."""
+"""The content of one frame by name."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from canwire.values.lin.frame import LinFrame
 
 @dataclass(frozen=True, slots=True)
 class DecodedMessage:
-    """A frame that was recognised. `message["EngineSpeed"]` is `message.signals["EngineSpeed"]`.
+    """A decoded frame. `message["EngineSpeed"]` is `message.signals["EngineSpeed"]`.
 
-    `signals` are physical values, or the texts that the file gives them; `numbers` are the same as numbers. Signals
-    that are multiplexed away, or cut off by short data, are missing. `problem` says why nothing could be decoded, "" if
-    all is well. `frame` has the time, the data, the identifier. `contained` are the messages in a container, all of
-    which have its frame.
+    `signals` are physical values, or their texts in the file; `numbers` are the same as numbers. Signals that are
+    multiplexed out or cut off by short data are missing. `problem` says why nothing could be decoded, "" if all could.
+    `frame` contains the time, the data and the identifier. `contained` are the messages in a container, all with the
+    frame of the container.
     """
 
     description: MessageDescription
@@ -33,7 +33,7 @@ class DecodedMessage:
 
     @property
     def timestamp_ns(self) -> int:
-        """The frame's time in nanoseconds, as its receiver counts."""
+        """The frame's time in nanoseconds, by the receiver's clock."""
         return self.frame.timestamp_ns
 
     @property
@@ -45,7 +45,7 @@ class DecodedMessage:
         return self.signals[name]
 
     def agrees(self, wanted: Mapping[str, Value]) -> bool:
-        """Has it these values, as texts or as numbers?"""
+        """Whether the message contains these values, as texts or as numbers."""
         return all(
             name in self.signals and value in (self.signals[name], self.numbers[name])
             for name, value in wanted.items()
@@ -60,7 +60,7 @@ class DecodedMessage:
         return f"{self.name}({', '.join(parts)})"
 
     def text(self, name: str) -> str:
-        """A signal's value with its unit, for people."""
+        """A signal's value with its unit, as text."""
         value = self.signals[name]
         if isinstance(value, str):
             return value

@@ -1,4 +1,4 @@
-"""What a file says of messages and signals, in one form for all kinds of files."""
+"""Messages and signals of a file, in one form for all kinds of files."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 
 Number = int | float
 Value = int | float | str | list[int]
-"""A signal's value: a physical one, the text that the file gives it, or a LIN array's bytes."""
+"""A signal's value: a physical one, its text in the file, or the bytes of a LIN array."""
 
 
 @dataclass(frozen=True, slots=True)
 class SignalDescription:
     """One signal of a message.
 
-    `minimum` and `maximum` are physical values: those that the file tells, within what the bits can say. `choices` are
-    texts by raw value. `start` is the physical value that a sender begins with, None where the file gives none.
-    `multiplexer` names the signal by whose raw value, one of `multiplexer_ids`, this one is in the frame; "" for one
-    that always is. `start_bit` counts as DBC files do: the lowest bit's place (little endian), the highest bit's (big
-    endian), byte 0 holding the bits 0 to 7. `spn` is J1939's number of it.
+    `minimum` and `maximum` are physical values: those of the file, limited to the range of the bits. `choices` are
+    texts by raw value. `start` is the physical start value, None if the file gives none. `multiplexer` names the
+    multiplexer: this signal is in the frame if the raw value of the multiplexer is one of `multiplexer_ids`; "" if
+    this signal is always in the frame. `start_bit` counts as in DBC files: the place of the lowest bit (little
+    endian) or the highest bit (big endian); byte 0 holds the bits 0 to 7. `spn` is its number in J1939.
     """
 
     name: str
@@ -40,7 +40,7 @@ class SignalDescription:
     spn: int | None = None
 
     def raw(self, value: Number | str) -> Number:
-        """What stands in the bits for a physical value, or for a text of `choices`."""
+        """The raw value of a physical value, or of a text of `choices`."""
         if isinstance(value, str):
             return next(raw for raw, text in self.choices.items() if text == value)
         if self.is_float:
@@ -48,7 +48,7 @@ class SignalDescription:
         return round((value - self.offset) / self.scale)
 
     def parse(self, text: str) -> Number | str:
-        """What people type: a text of `choices`, or a number (0x10, too). What is neither stays text, for `encode`."""
+        """The value of a typed text: a text of `choices`, or a number (also 0x10). Other text stays as it is."""
         text = text.strip()
         if text in self.choices.values():
             return text
@@ -63,7 +63,7 @@ class SignalDescription:
 
     @property
     def range(self) -> str:
-        """What may be given, for people: "0 to 16000 rpm, off, on"."""
+        """The possible values as text: "0 to 16000 rpm, off, on"."""
         ends = f"{self.minimum:.10g} to {self.maximum:.10g}" + (f" {self.unit}" if self.unit else "")
         return ", ".join([ends, *dict.fromkeys(self.choices.values())])
 
@@ -72,9 +72,9 @@ class SignalDescription:
 class MessageDescription:
     """One message: `length` in bytes, `cycle_s` its period in seconds or None, `senders` names of nodes.
 
-    `j1939` messages are known by their PGN, whatever their priority and source; `lin` ones are LIN frames.
-    `contained` are the messages that a container holds; it has no signals of its own. `protection` names what guards
-    the data ("E2E profile 2", "E2E profile 5"), "" where the file says nothing.
+    `j1939` messages are recognised by their PGN, with any priority and source; `lin` messages are LIN frames.
+    `contained` are the messages in a container, which itself contains no signals. `protection` names the protection
+    of the data ("E2E profile 2", "E2E profile 5"), "" without any in the file.
     """
 
     name: str
@@ -94,12 +94,12 @@ class MessageDescription:
 
     @property
     def decodable(self) -> bool:
-        """It has signals of its own: it is no container of other messages."""
+        """Whether the message can contain signals: False for a container of other messages."""
         return not self.contained
 
     @property
     def selectors(self) -> dict[str, set[int]]:
-        """By multiplexer the raw values that are known: those that choose signals, and those that have a text."""
+        """The known raw values of each multiplexer: those that choose signals, and those with a text."""
         known: dict[str, set[int]] = {}
         for signal in self.signals.values():
             if signal.multiplexer:

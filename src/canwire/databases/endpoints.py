@@ -1,4 +1,4 @@
-"""What a port speaks through: a node of the bench or a channel on a shared line, known here by its shape alone."""
+"""The endpoint of a port: a node of a lab or a channel on a shared line, recognised by its methods."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from canwire.values.frame import Frame
 from canwire.values.lin.frame import LinFrame
 
 AnyFrame = Frame | LinFrame
-_PATIENCE_S = 0.2  # of a thread that waits for frames, before it looks whether anybody still wants them
+_PATIENCE_S = 0.2  # of a thread that waits for frames, before it checks whether the program still waits
 
 
 class Endpoint(Protocol):
-    """Frames go out and come in, in order; `now_ns` is the time that their receiver counts in."""
+    """Sends and receives frames in order; `now_ns` is the time by the clock of received frames."""
 
     @property
     def name(self) -> str:
-        """Whose it is, for errors."""
+        """The name of the node or channel, for errors."""
 
     def now_ns(self) -> int:
         """Nanoseconds of the bus's time."""
 
     def send(self, frame: AnyFrame) -> None:
-        """Queue it; a LIN frame is what its header is answered with from now on."""
+        """Queue the frame; a LIN frame is the response to its header from now on."""
 
     def receive(self, timeout: float) -> AnyFrame | None:
         """The oldest frame; None when none came in `timeout` seconds of the bus's time."""
@@ -61,7 +61,7 @@ class BenchEndpoint:
 
 
 class ChannelEndpoint:
-    """A channel on a shared line, set up to take frames; activating it stays with the program."""
+    """A channel on a shared line, set up to receive frames; the program activates it."""
 
     def __init__(self, channel: Any) -> None:
         self._channel = channel
@@ -92,7 +92,7 @@ class ChannelEndpoint:
 
 
 def endpoint_of(node: Any) -> Endpoint:
-    """What `node` is; raises TypeError for neither."""
+    """The endpoint for `node`; raises TypeError if it is neither a node nor a channel."""
     if hasattr(node, "receive_async") and hasattr(node, "time"):
         return BenchEndpoint(node)
     if hasattr(node, "reading") and hasattr(node, "hub"):

@@ -1,4 +1,4 @@
-"""A signal's bits out of many frames: the data are taken as 64-bit words, and a signal is in one or two of them."""
+"""Extracts the bits of a signal from many frames: the data are 64-bit words, and a signal is in one or two of them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Words:
         return self._little[number]
 
     def big(self, number: int) -> numpy.ndarray:
-        """The same, the first byte highest."""
+        """Data bytes 8 * number and following, the first one highest."""
         if number not in self._big:
             self._big[number] = self.little(number).byteswap()
         return self._big[number]
@@ -59,7 +59,7 @@ def extract(signal: SignalDescription, words: Words) -> numpy.ndarray:
 
 
 def scaled(signal: SignalDescription, raw: numpy.ndarray) -> numpy.ndarray:
-    """Physical values: raw * scale + offset, as Python's own numbers would give it."""
+    """Physical values: raw * scale + offset, with the same results as Python's numbers."""
     scale, offset = signal.scale, signal.offset
     whole = not signal.is_float and float(scale).is_integer() and float(offset).is_integer()
     if scale == 1 and offset == 0:
@@ -102,7 +102,7 @@ def _big(signal: SignalDescription, words: Words) -> numpy.ndarray:
 
 
 def end_bit(signal: SignalDescription) -> int:
-    """How many bits of data it takes for the signal to be in it."""
+    """The number of data bits that are needed to contain the signal."""
     return (_highest(signal) if signal.big_endian else signal.start_bit) + signal.length
 
 

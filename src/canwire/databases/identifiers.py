@@ -12,7 +12,7 @@ from canwire.errors import BadValue
 def addressed(
     message: MessageDescription, source: int | None, destination: int | None, priority: int | None
 ) -> int:
-    """The identifier, with what is not None in the place of what the file says. Raises BadValue."""
+    """The identifier; arguments that are not None replace the values of the file. Raises BadValue."""
     told = (("source", source, 255), ("destination", destination, 255), ("priority", priority, 7))
     for what, value, most in told:
         if value is None:

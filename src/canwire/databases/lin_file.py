@@ -1,4 +1,4 @@
-"""LDF files: `canwire.ldf` with the surface of other databases."""
+"""LDF files: `canwire.ldf` with the interface of other databases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.values.lin.frame import LinFrame
 
 
 class LinFile:
-    """One file; raises BadDescription, ExtraMissing. `network` is the rest of what it says: nodes, schedules."""
+    """One file; raises BadDescription, ExtraMissing. `network` holds the rest of the file: nodes, schedules."""
 
     def __init__(self, path: Path, encoding: str | None) -> None:
         self.network = ldf.load(path, encoding=encoding or "utf-8")
@@ -24,7 +24,7 @@ class LinFile:
         return self.network.encode(name, values)  # type: ignore[arg-type]  # arrays are lists, here as there
 
     def name_of(self, frame: LinFrame) -> str | None:
-        """The message that was heard, an event-triggered frame's by its first byte; None for an unknown one."""
+        """The message of a received frame, for an event-triggered one by its first byte; None if unknown."""
         from canwire.errors import BadFrame
 
         try:
@@ -33,7 +33,7 @@ class LinFile:
             return None
 
     def unpack(self, frame: LinFrame) -> tuple[Decoded, str]:
-        """The signals, and why there are none."""
+        """The signals, and a text: why there are none."""
         from canwire.errors import BadFrame
 
         try:

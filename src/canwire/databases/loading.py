@@ -1,4 +1,4 @@
-"""Reading a network's description, of whatever kind its file is."""
+"""Reads a network description from a file of any known kind."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def load_database(
     most_bytes: int = MOST_BYTES,
     seconds: float = MOST_SECONDS,
 ) -> Database:
-    """The messages that this DBC, ARXML, KCD, SYM or LDF file describes; its ending tells which it is.
+    """Load a DBC, ARXML, KCD, SYM or LDF file; its suffix gives the kind.
 
-    `encoding` is the text's (None: what is usual for its kind). `strict` refuses signals that overlap or do not fit
-    into their message. `j1939` says whether messages with 29-bit identifiers are J1939's, known by their PGN (None:
-    those that the file says so of, which only DBC files can). A file of more than `most_bytes`, or that takes more
-    than `seconds`, is refused. Needs canwire[databases], LDF files canwire[lin]. Raises BadDescription with the file's
-    name, ExtraMissing.
+    `encoding` is that of the text (None: the default of the kind). `strict` refuses signals that overlap or do not fit
+    into their message. `j1939` says whether messages with 29-bit identifiers are J1939 messages, recognised by their
+    PGN (None: those that the file marks so, which only DBC files can). A file of more than `most_bytes`, or one that
+    needs more than `seconds` to read, is refused. Needs canwire[databases], for LDF files canwire[lin].
+    Raises BadDescription with the file's name, ExtraMissing.
     """
     from canwire.databases.can_file import CanFile
     from canwire.databases.database import Database

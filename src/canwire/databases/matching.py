@@ -1,4 +1,4 @@
-"""Which message a frame is, by its identifier: exactly, or by its PGN where the file says J1939."""
+"""Finds the message of a frame: by its exact identifier, or by its PGN if the file marks it as J1939."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PDU1 = EXTENDED_KEY | 0x03FF_0000  # the destination does not
 
 
 class Stage(NamedTuple):
-    """Messages by those bits of their keys that `mask` has."""
+    """Messages by the bits of their keys that are 1 in `mask`."""
 
     mask: int
     numbers: dict[int, int]
@@ -30,7 +30,7 @@ def key_of(id: int, extended: bool) -> int:
 
 
 def match_mask(message: MessageDescription) -> int:
-    """The bits of a key by which a message is told in the widest sense."""
+    """The fewest bits of a key that identify the message."""
     if not message.j1939:
         return _EXACT
     return _PDU2 if message.id >> 16 & 0xFF >= 240 else _PDU1
@@ -64,7 +64,7 @@ class Matching:
         return -1
 
     def find_array(self, keys: numpy.ndarray) -> numpy.ndarray:
-        """The numbers of those with these keys (uint32), as int32."""
+        """The numbers of the messages with these keys (uint32), as int32."""
         import numpy
 
         found = numpy.full(len(keys), -1, numpy.int32)

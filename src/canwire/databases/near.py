@@ -1,4 +1,4 @@
-"""Names that may have been meant."""
+"""Suggests similar names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _SHOWN = 12
 
 
 def near(wrong: str, names: Iterable[str]) -> str:
-    """ "did you mean EngineData?", or which names there are where none is near."""
+    """ "did you mean EngineData?", or the known names if none is similar."""
     from difflib import get_close_matches  # only where something went wrong
 
     by_lower = {name.lower(): name for name in names}

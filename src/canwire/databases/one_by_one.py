@@ -1,6 +1,7 @@
-"""The signals of one frame, each read for itself: for messages whose signals overlap, or do not fit, in a file that was
-not loaded strictly, and for those with multiplexers that cantools does not follow: with a long name, of a DBC file that
-writes m for M, without signals. cantools reads a message as a whole, which then fails, or reads wrong places."""
+"""Reads each signal of a frame separately, where cantools, which reads whole messages, would fail or read wrong bits.
+
+These are messages with signals that overlap or do not fit, in a file that was not loaded strictly, and messages with
+multiplexers that cantools does not support: with a long name, of a DBC file that writes m for M, or without signals."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ _FLOATS = {16: ">e", 32: ">f", 64: ">d"}
 
 
 def read_one_by_one(message: MessageDescription, data: bytes) -> tuple[dict[str, Number], str]:
-    """Raw values of the signals that are in the data, and why there are none, or which do not fit into the message."""
+    """Raw values of the signals in the data, and a text: why there are none, or which do not fit into the message."""
     data = data[: message.length]
     raws: dict[str, Number] = {}
     for signal in message.signals.values():

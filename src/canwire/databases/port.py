@@ -1,4 +1,4 @@
-"""A node or a channel that speaks by name."""
+"""A node or a channel that sends and receives messages by name."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SHOWN = 5  # of what came instead
 
 
 class MessagePort:
-    """What `Database.on(node)` gives: messages of one database go out of `node` and come in there.
+    """Sends and receives messages of one database on `node`, from `Database.on(node)`.
 
-    `fill` is what signals have that nobody gave and that the file gives no start value; `source` is the address that
-    J1939 messages are sent from. `unknown` counts received frames that the file does not know.
+    `fill` is the value of signals that are not given and have no start value in the file; `source` is the address
+    from which J1939 messages are sent. `unknown` counts received frames that the file does not know.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class MessagePort:
     def send_message(
         self, name: str, signals: Mapping[str, Value] | None = None, /, **values: Value
     ) -> AnyFrame:
-        """Queue a message with these signals, physical values or texts; the frame that went.
+        """Queue a message with these signals, physical values or texts; returns its frame.
 
-        Signals may be given as a mapping, by keyword, or both; others have the file's start values. On LIN it is what
-        its header is answered with from now on. Counters and checksums of E2E profiles are put in. Raises BadSignals,
-        BadValue, and what the node's `send` raises.
+        Signals may be given as a mapping, by keyword, or both; others have the file's start values. On LIN the
+        message is the response to its header from now on. Counters and checksums of E2E profiles are set. Raises
+        BadSignals, BadValue, and what the node's `send` raises.
         """
         given = {**(signals or {}), **values}
         source = self._source if self.database.message(name).j1939 else None
@@ -73,9 +73,9 @@ class MessagePort:
                 return found
 
     def decoded(self, timeout: float = 0.0) -> DecodedMessages:
-        """`for message in port.decoded()` takes what is there, and waits `timeout` seconds for each.
+        """`for message in port.decoded()` waits at most `timeout` seconds for each message, and ends without one.
 
-        `async for message in port.decoded()` goes on until the node or channel is closed.
+        `async for message in port.decoded()` continues until the node or channel is closed.
         """
         return DecodedMessages(self, timeout)
 
@@ -90,10 +90,10 @@ class MessagePort:
     def expect_message(
         self, name: str, signals: Mapping[str, Value] | None = None, /, *, within: float, **values: Value
     ) -> DecodedMessage:
-        """Let at most `within` seconds of the bus's time pass until this message arrives with these values.
+        """Wait at most `within` seconds of the bus's time for this message with these values.
 
-        Values are compared as texts or as numbers; others may be anything. What comes before is dropped. Raises
-        NotReceived, saying what was seen instead, BadSignals for signals and texts that the message does not have.
+        Values are compared as texts or as numbers; others may have any value. Earlier messages are dropped. Raises
+        NotReceived, which lists the messages received instead, BadSignals for unknown signals and texts.
         """
         wanted = {**(signals or {}), **values}
         self._check_wanted(name, wanted)
@@ -138,7 +138,7 @@ class MessagePort:
 
 
 class DecodedMessages:
-    """What comes in at a port, by name, in order."""
+    """The messages received at a port, in order."""
 
     def __init__(self, port: MessagePort, timeout: float) -> None:
         self._port = port

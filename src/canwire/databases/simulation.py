@@ -1,6 +1,6 @@
-"""A node's messages at their cycle times, with counters and checksums by functions of the user's.
+"""Sends a node's messages at their cycle times, with counters and checksums by functions of the user.
 
-Knows no clock: whoever runs it asks `due` for the frames of a moment. On the bench it is a node's script.
+It contains no clock: its caller gets the frames of a moment from `due`. In a lab it is the script of a node.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _NS = 1_000_000_000
 
 
 class OutgoingMessage:
-    """A message that is about to be sent, for plug-ins: what they put into `signals` is what goes out.
+    """A message before it is sent, for plug-ins: they may change `signals`.
 
-    `name` is the message's, `count` how many of them were sent before, `signals` all its values by name. Where a
-    plug-in changes a multiplexer, signals of its new value that are not put in have their start values.
+    `name` is the message's, `count` the number of them sent before, `signals` all its values by name. If a
+    plug-in changes a multiplexer, signals of the new page that it does not set have their start values.
     """
 
     def __init__(self, codec: Codec, name: str, count: int, signals: dict[str, Value], fill: Number) -> None:
@@ -34,11 +34,11 @@ class OutgoingMessage:
         self._fill = fill
 
     def encoded(self) -> bytes:
-        """The data as the signals are now, for a checksum over them."""
+        """The data with the present signals, for a checksum."""
         return self.frame().data
 
     def frame(self) -> Frame | LinFrame:
-        """The frame as the signals are now; raises BadSignals."""
+        """The frame with the present signals; raises BadSignals."""
         there = self._codec.message(self.name).signals
         chosen = self._codec.signals_in(self.name, self.signals)
         kept = {name: value for name, value in self.signals.items() if name in chosen or name not in there}
@@ -51,11 +51,11 @@ class OutgoingMessage:
 class Simulation:
     """Node `node`: each of its messages that has a cycle time, beginning with the start values.
 
-    `signals` are other values, by "Signal" (in every message that has it) or "Message.Signal". `plugins` see each
-    message before it is sent; the file's E2E profiles come after them. `fill` is what signals have that the file
-    gives no start value, or the nearest in range.
-    `sent` counts by message, `missed` cycles that came too late to be sent, `refused` frames that found no room in
-    the queue. `without_cycle` names messages that are not sent: the file gives them no cycle time.
+    `signals` replace start values, by "Signal" (in every message with it) or "Message.Signal". `plugins` are called
+    with each message before it is sent; the file's E2E profiles are applied after them. `fill` is the value of signals
+    without a start value in the file, limited to their range.
+    `sent` counts by message, `missed` counts cycles that were too late to be sent, `refused` frames that found no room
+    in the queue. `without_cycle` names messages that are not sent because the file gives them no cycle time.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Simulation:
             codec.encode(message.name, self._values[message.name], fill=fill)
 
     def set(self, name: str, value: Value) -> None:
-        """From now on this value of "Signal" or "Message.Signal". Raises BadSignals, BadValue; then nothing changes."""
+        """Set "Signal" or "Message.Signal" from now on. If it raises BadSignals or BadValue, nothing changes."""
         holders = [message for message in self.messages if name.rpartition(".")[0] in ("", message.name)]
         signal = name.rpartition(".")[2]
         holders = [message for message in holders if signal in message.signals]
@@ -105,10 +105,10 @@ class Simulation:
         return min(self._next_ns.values(), default=0)
 
     def due(self, now_ns: int) -> list[Frame | LinFrame]:
-        """The frames to be sent at this moment: at the first call one of each message, then each in its cycle.
+        """The frames to send now: at the first call one of each message, then each at its cycle time.
 
-        Cycles that are over by now are counted in `missed`, not made up for. Raises BadSignals where a plug-in's values
-        do not fit.
+        Missed cycles are counted in `missed` and not sent later. Raises BadSignals if a plug-in's values are out of
+        range.
         """
         return [
             self._made(message)
@@ -117,7 +117,7 @@ class Simulation:
         ]
 
     def run_on(self, node: Any) -> None:
-        """Be this node of the bench: what `bus.node(name, script)` calls."""
+        """Run as this node of a lab; `bus.node(name, script)` calls it."""
         time = node.time
 
         def turn() -> None:

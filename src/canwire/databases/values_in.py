@@ -1,4 +1,4 @@
-"""Which values a message needs, and whether those given fit: every fault is named with its range."""
+"""Completes and checks the values of a message; errors name every wrong value with its range."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SLACK = 1e-6  # of one step, for what floating-point arithmetic leaves
 def complete(
     message: MessageDescription, given: Mapping[str, Value], fill: Number | None = None
 ) -> dict[str, Value]:
-    """Values for all signals that are in the frame: those given, else the file's start values, else `fill`.
+    """Values of all signals in the frame: those given, else the file's start values, else `fill`.
 
     A multiplexer that is not given follows from the signals that are. Raises BadSignals.
     """
@@ -39,7 +39,7 @@ def complete(
 
 
 def chosen_signals(message: MessageDescription, given: Mapping[str, Value]) -> list[str]:
-    """The names of those that are in the frame by these values, or start values, of multiplexers."""
+    """The names of the signals in the frame with these values, or start values, of multiplexers."""
     return [signal.name for signal in message.signals.values() if _chosen(message, signal, given, {})]
 
 
@@ -56,7 +56,7 @@ def _check_multiplexers(
 
 
 def fault_of(signal: SignalDescription, value: object) -> str:
-    """What is wrong with this value, "" for nothing."""
+    """Why this value is wrong, "" if it is not."""
     if isinstance(value, str):
         if value in signal.choices.values():
             return ""

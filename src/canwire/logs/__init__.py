@@ -1,5 +1,5 @@
-"""Logs of buses as files: read (`open_log`), written (`create_log`), recorded from a line (`record`), converted.
+"""Log files of buses: read (`open_log`), write (`create_log`), record from a line (`record`), convert.
 
-`entry.py` is one line of a log, `batch.py` many as numpy records, `formats.py` the table of formats. A format is a
-folder or a file with `read(source)`, a generator of batches, and `Writer`; a new one is that and a row of the table.
+`entry.py` is one entry of a log, `batch.py` many entries as numpy records, `formats.py` the table of formats. A format
+is a module with `read(source)`, a generator of batches, and `Writer`; a new format needs that and a row in the table.
 """

@@ -1,6 +1,6 @@
 """Many entries of a log as numpy records: quick to filter, count, convert. Needs canwire[arrays].
 
-A record of `log_dtype()` is a record of a ring (values/record.py: time_ns, id, info, data[64]) and behind it
+A record of `log_dtype()` is a record of a ring (values/record.py: time_ns, id, info, data[64]) followed by
 `channel`, an index into the batch's names, `kind`, a LogKind, and `direction`, 0 unknown, 1 received, 2 transmitted.
 A MARK has its MarkKind as `id`, and in `data` the count (8 bytes), both bit rates (4 bytes each) and the text.
 """
@@ -41,9 +41,9 @@ def log_dtype() -> numpy.dtype[numpy.void]:
 
 
 class LogBatch:
-    """Some entries of a log, in their order: `records` of `log_dtype()`, and the names their `channel` counts.
+    """Some entries of a log, in their order: `records` of `log_dtype()`, and the names that `channel` indexes.
 
-    `channels` is the log's own list, which grows while it is read; indices keep their meaning.
+    `channels` is the log's own list, which grows while the log is read; indices stay valid.
     """
 
     __slots__ = ("channels", "records")
@@ -66,12 +66,12 @@ class LogBatch:
 
     @property
     def frames(self) -> numpy.ndarray:
-        """Those records that are CAN frames."""
+        """The records that are CAN frames."""
         return self.records[self.records["kind"] == LogKind.CAN_FRAME]
 
 
 def batch_of(entries: Iterable[LogEntry], channels: list[str]) -> LogBatch:
-    """Entries as a batch; names that `channels` has not are appended to it. Raises BadValue for what is no entry."""
+    """Entries as a batch; names missing in `channels` are appended to it. Raises BadValue for other objects."""
     index = {name: number for number, name in enumerate(channels)}
     blocks = []
     for entry in entries:
@@ -98,7 +98,7 @@ def record_of(entry: LogEntry, channel: int) -> bytes:
 
 
 def entry_of(record: bytes, channels: list[str]) -> LogEntry:
-    """The entry in 88 bytes; raises BadValue for what none has."""
+    """The entry in 88 bytes; raises BadValue for bytes that are no entry."""
     channel, kind, direction = _TAIL.unpack_from(record, RECORD_SIZE)
     content = _UNPACKING[kind](record[:RECORD_SIZE])
     return LogEntry(content.timestamp_ns, channels[channel], content, DIRECTIONS[direction])
@@ -109,7 +109,7 @@ def records_of_line(
 ) -> numpy.ndarray:
     """Records of a ring (`record_dtype()`) as records of a log, all of one channel.
 
-    What the line sent itself (SELF_RECEPTION) has the direction T, the rest R; not `directed`: unknown.
+    Frames that the line sent (SELF_RECEPTION) get the direction T, others R; if not `directed`, it is unknown.
     """
     numpy = load_numpy()
     found = numpy.zeros(len(records), log_dtype())

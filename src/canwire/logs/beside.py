@@ -1,4 +1,4 @@
-"""A file beside the one whose place it takes: until it is whole, what was there stays as it was."""
+"""A temporary file next to its target: the target is replaced only when the new file is complete."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _numbers = itertools.count(1)
 class Beside:
     """`made` is the name to write to. `take_place` gives it the name `path`, `give_up` removes it.
 
-    It keeps the suffix, and the permissions of a file that it replaces; a link stays, and what it points to is
-    replaced. What is no file (a pipe, a device, a folder) is written itself: `made` is `path` then.
-    Raises PermissionError for a file that may not be written.
+    It keeps the suffix, and the permissions of a replaced file; a link stays, and its target is replaced. A pipe, a
+    device or a folder is written directly: then `made` is `path`. Raises PermissionError for a file that may not be
+    written.
     """
 
     def __init__(self, path: str) -> None:
@@ -29,14 +29,14 @@ class Beside:
         self.made = _name_beside(self._target) if plain else path
 
     def take_place(self) -> None:
-        """Raises OSError, and nothing has changed then."""
+        """Give the file its final name. If it raises OSError, nothing has changed."""
         if self.made != self.path:
             with suppress(FileNotFoundError):
                 shutil.copymode(self._target, self.made)
             os.replace(self.made, self._target)
 
     def give_up(self) -> None:
-        """Nothing of it is left, of a database its journal neither; a second time does nothing."""
+        """Remove the file, and the journal of a database; a second call does nothing."""
         if self.made != self.path:
             for name in (self.made, f"{self.made}-journal"):
                 with suppress(FileNotFoundError):

@@ -1,7 +1,7 @@
 """BUSMASTER's logs, read only: `22:20:14:992 Rx 0 0000021A s 8 FE 36 12 FE 69 05 07 AD`.
 
-The date stands in the head, and what times count from: the day's beginning, the session's, or the line before. Lines
-of LIN and J1939 have other columns; a J1939 message of more than 8 bytes is no frame.
+The head contains the date and the zero of times: the start of the day, of the session, or the previous line. Lines of
+LIN and J1939 have other columns; a J1939 message of more than 8 bytes is not a frame.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ _DAY_NS = 86_400 * 10**9
 
 
 def recognises(head: bytes) -> bool:
-    """By its first line; one that was edited, by the line that names the columns."""
+    """Recognised by the first line, or in an edited log by the line with the names of the columns."""
     return head.startswith(b"***BUSMASTER") or b"***<Time><" in head
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Frames; a fault for each line below the head that is none."""
+    """Yields frames; each other line below the head is a fault."""
     return read_lines(source, _Parser(source).entry)
 
 

@@ -24,12 +24,12 @@ _END = re.compile(rb"\r\n?|\n")
 
 
 def recognises(head: bytes) -> bool:
-    """By its first line."""
+    """Recognised by the first line."""
     return head.upper().startswith(b"@ TEXT @")
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Frames; a fault for each line below the head that is none."""
+    """Yields frames; each other line below the head is a fault."""
     entries = _entries(source)
     while found := list(islice(entries, _AT_ONCE)):
         yield source.batch(found)

@@ -1,4 +1,4 @@
-"""One log into another format: `convert_log`."""
+"""Converts a log to another format: `convert_log`."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def convert_log(
     channels: Mapping[str, str] | None = None,
     only: Callable[[LogBatch], LogBatch] | None = None,
 ) -> LogWriter:
-    """Write a log in another format; the closed writer tells `count` and what was `left_out`, the Log its `faults`.
+    """Write a log in another format; returns the closed writer with `count` and `left_out`. The Log has the `faults`.
 
-    `channels` renames ({"can0": "can2"}), `only` may choose among each batch's records. Raises BadValue where both are
-    the same file, BadLog, OSError, and what `open_log` and `create_log` raise; a file that was there is as it was
-    then, and no part of the new one is left. Of a trace, whose folder is new, what was written stays.
+    `channels` renames ({"can0": "can2"}), `only` may select records of each batch. Raises BadValue if both are the same
+    file, BadLog, OSError, and the errors of `open_log` and `create_log`; then an existing file is unchanged, and no
+    part of the new one is left. Only a trace keeps the part that was written.
     """
     if not isinstance(source, Log):
         with open_log(source) as log:
             return convert_log(log, target, format=format, channels=channels, only=only)
     name = os.fspath(target)
     if name != "-" and os.path.exists(name) and source.path != "-" and os.path.samefile(source.path, name):
-        raise BadValue(f"{name}: the same file twice; give the new log a name of its own")
+        raise BadValue(f"{name}: the same file twice; give the new log another name")
     batches = source.batches()
     first = next(batches, None)  # the head is known then, and a file that is no log leaves nothing behind
     with create_log(
@@ -49,7 +49,7 @@ def convert_log(
 
 
 def renamed(batch: LogBatch, names: Mapping[str, str] | None) -> LogBatch:
-    """The batch with other names for its channels."""
+    """The batch with renamed channels."""
     if not names:
         return batch
     return LogBatch(batch.records, [names.get(name, name) for name in batch.channels])

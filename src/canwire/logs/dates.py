@@ -1,4 +1,4 @@
-"""Dates in the heads of logs: most formats write the clock on the wall of whoever recorded."""
+"""Dates in the heads of logs: most formats contain the local time of the recording machine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def local(time_ns: int) -> datetime:
 
 
 def ole_days(time_ns: int) -> float:
-    """Days since the end of 1899, local time: what Delphi and Windows programs count in."""
+    """Days since the end of 1899, local time, as in Delphi and Windows programs."""
     return (local(time_ns).replace(tzinfo=None) - _OLE_ZERO) / timedelta(days=1)
 
 
@@ -46,7 +46,7 @@ def vector_date(time_ns: int) -> str:
 
 
 def ns_of_vector_date(text: str) -> int | None:
-    """Of `[Wed] Sep 30 03:06:13[.191] [pm] 2026`; German names too; None for what is no date."""
+    """Of `[Wed] Sep 30 03:06:13[.191] [pm] 2026`; also German names; None for other text."""
     words = text.replace(",", " ").split()
     months = [word for word in words if word[:3].title().replace("Mär", "Mar") in _MONTH_OF]
     clock = next((word for word in words if word.count(":") == 2), "")

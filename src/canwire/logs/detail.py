@@ -1,7 +1,7 @@
-"""What no column of a table has room for, as one JSON object: the fields of an event, a LIN frame or a mark.
+"""Fields of an event, a LIN frame or a mark that have no column in a table, as one JSON object.
 
-{"kind": "ERROR", "error": "STUFF", "bit": 12}: what has its usual value is left out, enumerations are by name.
-A LIN frame has {"enhanced": false}, {"header_only": true, "length": 4} where that is not usual.
+{"kind": "ERROR", "error": "STUFF", "bit": 12}: fields with default values are left out, enumerations are names.
+An unusual LIN frame has {"enhanced": false} or {"header_only": true, "length": 4}.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _CLASSES = {LogKind.CAN_EVENT: BusEvent, LogKind.LIN_EVENT: LinEvent, LogKind.MA
 
 
 def detail_of(content: Content) -> str:
-    """The fields as JSON; "" for a CAN frame, and for a LIN frame that is as usual."""
+    """The fields as JSON; "" for a CAN frame, and for a LIN frame with default values."""
     if isinstance(content, BusEvent | LinEvent | LogMark):
         return json.dumps(_told(content), separators=(",", ":"))
     if not isinstance(content, LinFrame):
@@ -40,7 +40,7 @@ def detail_of(content: Content) -> str:
 
 
 def content_of_detail(kind: LogKind, text: str, timestamp_ns: int) -> BusEvent | LinEvent | LogMark:
-    """An event or a mark of its JSON; raises BadText for what is none."""
+    """An event or a mark from its JSON; raises BadText for invalid JSON."""
     wanted = _CLASSES[kind]
     try:
         told = _object(text)
@@ -54,7 +54,7 @@ def content_of_detail(kind: LogKind, text: str, timestamp_ns: int) -> BusEvent |
 
 
 def lin_frame_of_detail(text: str, id: int, data: bytes, timestamp_ns: int, sent: bool) -> LinFrame:
-    """A LIN frame of its columns; raises BadText for JSON that means none, BadFrame for what cannot be."""
+    """A LIN frame from its columns; raises BadText for invalid JSON, BadFrame for invalid values."""
     told = _object(text) if text else {}
     known = {"enhanced", "header_only", "length"}
     if set(told) - known:

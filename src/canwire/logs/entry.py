@@ -1,4 +1,4 @@
-"""One line of a log, whatever file it stands in: when, on which channel, what, and in which direction."""
+"""One entry of a log of any format: its time, channel, content and direction."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from canwire.values.lin.frame import LinFrame
 from canwire.values.named import NamedInt
 
 MOST_TEXT = 48
-"""Bytes of UTF-8 that a mark's text may have."""
+"""Greatest length of a mark's text, in bytes of UTF-8."""
 
 
 class LogKind(NamedInt):
-    """What an entry is; the `kind` of a record of `log_dtype()`."""
+    """The kind of an entry; the `kind` of a record of `log_dtype()`."""
 
     CAN_FRAME = 0
     CAN_EVENT = 1
@@ -28,11 +28,11 @@ class LogKind(NamedInt):
 
 
 class MarkKind(NamedInt):
-    """What a mark says of the log itself.
+    """The meaning of a mark, which describes the log.
 
     LOST: `count` frames or events are missing before this place. GAP: for `count` nanoseconds nothing was recorded.
     BIT_RATE: `bit_rate` and `data_bit_rate` hold from here on, in bit/s, 0 where unknown. CLOCK: `text` names the clock
-    of the time stamps. NOTE: `text` is somebody's remark.
+    of the time stamps. NOTE: `text` is a remark.
     """
 
     LOST = 1
@@ -44,7 +44,7 @@ class MarkKind(NamedInt):
 
 @dataclass(frozen=True, slots=True)
 class LogMark:
-    """What a log says of itself at one place: see MarkKind. `text` is cut to 48 bytes of UTF-8."""
+    """A statement about the log at one place: see MarkKind. `text` is cut to 48 bytes of UTF-8."""
 
     kind: MarkKind
     timestamp_ns: int = 0
@@ -66,10 +66,10 @@ Content = Frame | BusEvent | LinFrame | LinEvent | LogMark
 
 
 class LogEntry(NamedTuple):
-    """One line of a log.
+    """One entry of a log.
 
-    `timestamp_ns` counts from 1970 where `Log.dated`, else from the log's own zero; the content carries the same time.
-    `channel` is the name in the file ("can0"), or "can0", "can1", ... made of its number. `direction` is "R"
+    `timestamp_ns` counts from 1970 if `Log.dated`, else from the zero of the log; the content has the same time.
+    `channel` is the name in the file ("can0"), or "can0", "can1", ... made from a number. `direction` is "R"
     (received), "T" (transmitted) or None where the log does not say.
     """
 
@@ -80,5 +80,5 @@ class LogEntry(NamedTuple):
 
     @property
     def frame(self) -> Frame | None:
-        """The CAN frame, or None for whatever else the entry is."""
+        """The CAN frame, or None for any other entry."""
         return self.content if isinstance(self.content, Frame) else None

@@ -1,4 +1,4 @@
-"""What a format's Writer is made from: the side of a log that is written which knows bytes."""
+"""The base class of the formats' writers, which turns records into bytes of a file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _AT_ONCE = 1 << 20  # bytes
 
 
 class FormWriter:
-    """Writes records into one file, in one format; LogWriter hands them in and tells what went wrong.
+    """Writes records into one file, in one format; LogWriter passes the records and reports errors.
 
     `channels` are the names that records count, `dated`, `start_ns` and `clock` as in `create_log`, `count` the entries
-    that are in the file, `left_out` what it could not say.
+    that are in the file, `left_out` what it cannot hold.
     """
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
@@ -44,14 +44,14 @@ class FormWriter:
         self._bytes = 0
 
     def begin(self) -> None:
-        """Write what stands at the file's beginning."""
+        """Write the beginning of the file."""
 
     def put(self, records: numpy.ndarray) -> None:
         """Write records of `log_dtype()`, all of kinds that it `holds`, their channels counted by `self.channels`."""
         raise NotImplementedError
 
     def sync(self) -> None:
-        """Hand everything to the operating system."""
+        """Pass all bytes to the operating system."""
         if self.file is not None:
             self.drain()
             self.file.flush()
@@ -65,30 +65,30 @@ class FormWriter:
         return False
 
     def end(self) -> None:
-        """Write what stands at the file's end."""
+        """Write the end of the file."""
         self.sync()
 
     def give_up(self) -> None:
-        """Give back what `begin` took besides the file; nothing more is written, and the file is removed."""
+        """Release the resources of `begin` other than the file, which is then removed without further writing."""
 
     def leave_to_parent(self) -> None:
-        """In a forked process: whatever ends here writes nothing into the parent's file."""
+        """In a forked process: write nothing more into the parent's file."""
         if self.file is not None and self.path != "-":
             lead_nowhere(self.file)
 
     def leave_out(self, what: str, count: int) -> None:
-        """Count what the file cannot say: "LIN frames", "nanoseconds of time stamps"."""
+        """Count data that the file cannot hold: "LIN frames", "nanoseconds of time stamps"."""
         self.left_out[what] += count
 
     def out(self, block: bytes, entries: int = 0) -> None:
-        """Append bytes that hold so many whole entries; they go out by and by, and in one piece or not at all."""
+        """Append bytes with this number of whole entries; they are written later, completely or not at all."""
         self._waiting.append((block, entries))
         self._bytes += len(block)
         if self._bytes >= _AT_ONCE:
             self.drain()
 
     def drain(self) -> None:
-        """Write what `out` has collected. Where the disk is full the file ends behind the last block that fits."""
+        """Write what `out` has collected. On a full disk the file ends after the last block that fits."""
         waiting, self._waiting, self._bytes = self._waiting, [], 0
         assert self.file is not None
         whole = self.file.tell() if self.file.seekable() else None

@@ -12,14 +12,14 @@ from typing import Any
 from canwire.errors import BadLog, BadValue
 
 HEAD = 4096
-"""Bytes of a file's beginning that tell its format."""
+"""Number of bytes at the start of a file by which its format is recognised."""
 
 
 @dataclass(frozen=True)
 class LogFormat:
     """A row of the table: `module` has `recognises(head)`, `read(source)` and `Writer` if it `writes`.
 
-    `suffixes` are those of its files, the first the usual one; `what` is for lists of formats.
+    `suffixes` are those of its files, the first is the default; `what` is for lists of formats.
     """
 
     name: str
@@ -54,17 +54,17 @@ FORMATS = {row.name: row for row in _ROWS}
 
 
 def log_formats() -> list[LogFormat]:
-    """Every format of logs there is."""
+    """All formats of logs."""
     return list(FORMATS.values())
 
 
 def load_format(row: LogFormat) -> Any:
-    """The module that reads and writes it."""
+    """The module that reads and writes the format."""
     return importlib.import_module(f"canwire.logs.{row.module}")
 
 
 def format_named(name: str) -> LogFormat:
-    """The format of that name; raises BadValue with near ones."""
+    """The format of that name; raises BadValue with similar names."""
     if name in FORMATS:
         return FORMATS[name]
     near = difflib.get_close_matches(name.lower().lstrip("."), _known(), 3, 0.5)
@@ -74,7 +74,7 @@ def format_named(name: str) -> LogFormat:
 
 
 def format_to_write(path: str, name: str | None) -> LogFormat:
-    """What a file of that name is written as; raises BadValue for a suffix that means none, or a read-only one."""
+    """The format for writing a file of that name; raises BadValue for an unknown suffix or a read-only format."""
     if name is None and (path.endswith(("/", os.sep)) or os.path.isdir(path)):
         return FORMATS["trace"]
     if name is None:
@@ -99,7 +99,7 @@ def format_to_write(path: str, name: str | None) -> LogFormat:
 
 
 def format_of_file(path: str, head: bytes) -> LogFormat:
-    """What a file that begins like this is; its suffix decides where several could be. Raises BadLog for no log."""
+    """The format of a file with this beginning; if several match, by its suffix. Raises BadLog for no log."""
     suffix = Path(path).suffix.lower()
     rows = sorted(FORMATS.values(), key=lambda row: suffix not in row.suffixes)
     for row in rows:

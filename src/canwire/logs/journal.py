@@ -1,8 +1,8 @@
-"""A recording while it is made, beside a format that cannot be read before its end: records as they are.
+"""The journal of a recording in a format that cannot be read before its end: plain records.
 
-A line of JSON behind the magic words has the facts about it; then blocks: one byte N or R, the length (4 bytes), and a
-channel's name or records of `log_dtype()`. What was flushed can be read whatever happens to the process: by its own
-name (`drive.mf4.journal`), and by `open_log("drive.mf4")` where that file is not there.
+The magic words are followed by a line of JSON with facts, then by blocks: one byte N or R, the length (4 bytes), and
+the name of a channel or records of `log_dtype()`. Flushed entries can be read even if the process is killed: by the
+name of the journal (`drive.mf4.journal`), or with `open_log("drive.mf4")` if that file does not exist.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _MOST = 1 << 28
 
 
 class Writer(FormWriter):
-    """Holds all that records can."""
+    """Writes all kinds of records."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
 
@@ -46,12 +46,12 @@ class Writer(FormWriter):
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic words."""
+    """Recognised by the magic words."""
     return head.startswith(_MAGIC)
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Block by block; the last may be cut, then what is whole of it counts."""
+    """Yields batches by block; of a last block that is cut, the complete records."""
     numpy = load_numpy()
     line = source.file.readline(1 << 16)
     try:

@@ -1,4 +1,4 @@
-"""How much of a file a reader takes: what is more is refused, whatever the file says of itself."""
+"""Limits for readers, which protect against damaged or malicious files."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from canwire.values.checks import whole
 
 @dataclass(frozen=True)
 class LogLimits:
-    """What `open_log` takes of one log. What is beyond raises BadLog, which names the limit; a line is a fault instead.
+    """Limits of `open_log` for one log. Beyond them it raises BadLog, which names the limit; a long line is a fault.
 
-    `line_bytes`: a line of text, and a value in a database; a longer line is read in pieces, which mean nothing.
+    `line_bytes`: a line of text, and a value in a database; a longer line is read in pieces, which are invalid.
     `block_bytes`: an object, block or unpacked container of a binary log.
     `channels`: names of channels, and interfaces of a capture.
-    `memory_bytes`, `seconds`: what the process takes that reads MF4 with somebody else's library.
+    `memory_bytes`, `seconds`: memory and time of the process that reads MF4 with asammdf.
     """
 
     line_bytes: int = 1 << 16

@@ -1,4 +1,4 @@
-"""Logs that are lines of text: what their readers share."""
+"""Functions for the readers of logs that are lines of text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _AT_ONCE = 20_000
 
 
 def read_lines(source: Source, parse: Callable[[str], LogEntry | None]) -> Iterator[LogBatch]:
-    """Batches of what `parse` makes of each line: None for one that is no entry; its errors are the source's faults."""
+    """Batches of the entries from `parse` (None: no entry in the line); its errors become faults of the source."""
     found: list[LogEntry] = []
     number = 0
     while raw := source.file.readline(source.limits.line_bytes):
@@ -33,7 +33,7 @@ def read_lines(source: Source, parse: Callable[[str], LogEntry | None]) -> Itera
 def parsed_line(
     source: Source, parse: Callable[[str], LogEntry | None], number: int, raw: bytes
 ) -> LogEntry | None:
-    """What `parse` makes of this line; what it raises is a fault of the source, which has the line's number."""
+    """The entry from `parse` for this line; an error becomes a fault of the source, with the number of the line."""
     try:
         return parse(raw.decode("utf-8", "replace").rstrip("\r\n"))
     except (BadFrame, BadText, ValueError, IndexError, KeyError, OverflowError) as error:
@@ -43,12 +43,12 @@ def parsed_line(
 
 
 def lines_of(text: bytes, longest: int) -> Iterator[bytes]:
-    """The lines of a text, cut where they are too long."""
+    """The lines of a text; too long ones are cut."""
     file = io.BytesIO(text)
     while raw := file.readline(longest):
         yield raw
 
 
 def number_of(channel: str, channels: list[str]) -> int:
-    """A channel's number from 1 on, for formats that have numbers: its place among the names."""
+    """A channel's number from 1 on, for formats with numbers: its index in the names plus 1."""
     return channels.index(channel) + 1

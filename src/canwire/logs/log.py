@@ -1,4 +1,4 @@
-"""A log to read: `open_log`."""
+"""Reads logs: `open_log`."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Read = TypeVar("Read", LogEntry, LogBatch)
 
 
 class Log:
-    """A log that is read from its beginning, once or again: every iteration starts anew where the file can be rewound.
+    """A log to read. Each iteration starts at the beginning; a stream can be read only once.
 
-    Made by `open_log`; a context manager. What cannot be read is left out and told in `faults`.
+    Made by `open_log`; a context manager. Unreadable parts are left out and listed in `faults`.
     """
 
     def __init__(
@@ -61,12 +61,12 @@ class Log:
 
     @property
     def channels(self) -> list[str]:
-        """Names of the channels that were met so far, in their order."""
+        """Names of the channels found so far, in their order."""
         return list(self._source.channels)
 
     @property
     def dated(self) -> bool:
-        """Time stamps count from 1970 (UTC); known once the first entry was read."""
+        """Whether time stamps count from 1970 (UTC); known after the first entry was read."""
         return self._source.dated
 
     @property
@@ -76,17 +76,17 @@ class Log:
 
     @property
     def clock(self) -> str:
-        """Whose time the stamps are, as the log says it ("hub", "adapter"); "" where it does not."""
+        """The clock of the time stamps, if the log names it ("hub", "adapter"), else ""."""
         return self._source.clock
 
     @property
     def faults(self) -> list[LogFault]:
-        """What could not be read so far, with its place: the first thousand."""
+        """Parts that could not be read so far, with their places: the first thousand."""
         return list(self._source.faults)
 
     @property
     def fault_count(self) -> int:
-        """How many faults there were so far."""
+        """The number of faults so far."""
         return self._source.fault_count
 
     def __iter__(self) -> Iterator[LogEntry]:
@@ -106,7 +106,7 @@ class Log:
     def batches(self) -> Iterator[LogBatch]:
         """The entries as numpy records, some ten thousands at a time. Needs canwire[arrays].
 
-        Raises BadLog if in the whole file there is nothing of a log.
+        Raises BadLog if the whole file contains nothing readable.
         """
         source = self._rewound()
         count = 0
@@ -121,7 +121,7 @@ class Log:
             self._refuse(source)
 
     def close(self) -> None:
-        """Close the file; a second time does nothing."""
+        """Close the file; a second call does nothing."""
         if self._closing is not None:
             self._closing.close()
             self._closing = None
@@ -136,7 +136,7 @@ class Log:
         return f"<Log {self.path!r}, {self.format}>"
 
     def leave_to_parent(self) -> None:
-        """In a forked process: reading goes on at a place of its own, or not at all."""
+        """In a forked process: continue independently of the parent, or not at all."""
         if self._raw is not None and not self._raw.closed:
             try:
                 reopen(self._raw)
@@ -192,19 +192,19 @@ class Log:
 
 
 def open_log(path: str | os.PathLike[str], *, format: str | None = None, limits: LogLimits = USUAL) -> Log:
-    """A log to read, of whatever format: its first bytes tell, or `format`. "-" is standard input.
+    """Open a log of any format, given by its first bytes or by `format`. "-" is standard input.
 
     >>> with open_log("drive.log") as log:  # doctest: +SKIP
     ...     for entry in log:
     ...         print(entry.timestamp_ns, entry.channel, entry.content)
 
-    A folder is a trace. A file packed by gzip, or by Zstandard (canwire[parquet]), is unpacked on the way. Where the
-    file is not there, but a killed recording's journal of it, that is read.
+    A folder is a trace. A file packed with gzip or Zstandard (canwire[parquet]) is unpacked while it is read. If the
+    file does not exist, but the journal of a killed recording does, the journal is read.
 
-    `limits` say how much is taken of a file that may be anybody's. What is read from the log raises BadLog for what is
-    beyond them, or damaged so that nothing more can be read, and OSError.
+    `limits` protect against untrusted files. Reading raises BadLog beyond these limits or if a damaged file cannot be
+    read any further, and OSError.
 
-    Raises BadLog for a file that is no log, BadValue for an unknown format, OSError for one that does not open.
+    Raises BadLog for a file that is no log, BadValue for an unknown format, OSError if the file cannot be opened.
     """
     instance("path", path, str, os.PathLike)
     name = os.fspath(path)

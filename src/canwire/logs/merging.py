@@ -1,4 +1,4 @@
-"""Several logs as one, in the order of their times: `merge_logs`."""
+"""Merges logs in order of time: `merge_logs`."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def merge_logs(
     channels: Sequence[Mapping[str, str]] = (),
     only: Callable[[LogBatch], LogBatch] | None = None,
 ) -> LogWriter:
-    """Write several logs into one; the closed writer tells `count` and what was `left_out`, each Log its `faults`.
+    """Write several logs into one; returns the closed writer with `count` and `left_out`. Each Log has its `faults`.
 
-    Times are put on one clock where each log has a date, in its stamps or in its head. Where none has, each counts
-    from its own zero, which is taken for the same. `channels` renames, one mapping for each log; channels of one name
-    are one channel. `only` may choose among each batch's records. Needs canwire[arrays].
+    If every log has a date, in its stamps or in its head, the dates put all times on one clock. If none has, all logs
+    begin at the same zero. `channels` renames, one mapping for each log; channels with one name become one channel.
+    `only` may select records of each batch. Needs canwire[arrays].
 
-    Raises BadValue where some logs have a date and others none, or the target is one of them, and what `convert_log`
-    raises. The target is whole or as it was.
+    Raises BadValue if only some logs have a date or if the target is one of the logs, and the errors of `convert_log`;
+    then the target is unchanged.
 
     >>> with open_log("a.log") as a, open_log("b.blf") as b:  # doctest: +SKIP
     ...     merge_logs([a, b], "both.mf4", channels=[{}, {"can0": "can1"}])
@@ -48,7 +48,7 @@ def merge_logs(
             and source.path != "-"
             and os.path.samefile(source.path, name)
         ):
-            raise BadValue(f"{name}: the same file twice; give the new log a name of its own")
+            raise BadValue(f"{name}: the same file twice; give the new log another name")
     names = [*channels, *[{}] * (len(sources) - len(channels))]
     parts = [_Part(source, mapping, only) for source, mapping in zip(sources, names, strict=True)]
     dated = _on_one_clock(parts)
@@ -76,7 +76,7 @@ class _Part:
         self.batch = next(self._batches, None)  # what the head says is known then
 
     def take(self, channels: list[str]) -> numpy.ndarray | None:
-        """The records of the batch, and on to the next one; None at the end."""
+        """The records of the batch, then move to the next one; None at the end."""
         batch, self.batch = self.batch, None
         if batch is None:
             return None

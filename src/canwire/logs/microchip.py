@@ -1,6 +1,6 @@
 """Logs of Microchip's CAN BUS Analyzer, read only: `166064;RX;0x0000021A;8;0xFE;0x36;0x12;0xFE;0x69;0x05;0x07;0xAD;`.
 
-Times are milliseconds from a zero of their own. An identifier above 7FF has 29 bits: the file does not say.
+Times are milliseconds from an unknown zero. An identifier above 7FF has 29 bits, since the file does not mark them.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _DIRECTIONS = {"RX": "R", "TX": "T"}
 
 
 def recognises(head: bytes) -> bool:
-    """By its head, which stands between two lines of a comment."""
+    """Recognised by the head, which is between two comment lines."""
     return head.startswith(b"//") and b"Microchip Technology" in head[:300]
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Frames; a fault for each line below the head that is none."""
+    """Yields frames; each other line below the head is a fault."""
     return read_lines(source, _Parser().entry)
 
 

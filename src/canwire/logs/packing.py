@@ -1,4 +1,4 @@
-"""Logs in gzip's or Zstandard's packing: `drive.log.gz`, `drive.blf.zst`. gzip is Python's own, Zstandard pyarrow's."""
+"""Logs packed with gzip (by Python) or Zstandard (by pyarrow): `drive.log.gz`, `drive.blf.zst`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.errors import BadLog
 GZIP, ZSTD = ".gz", ".zst"
 SUFFIXES = (GZIP, ZSTD)
 NEEDS_PATH = ("mf4", "sqlite", "parquet", "trace", "journal")
-"""Formats that are read or written by a library, by the file's name, or from its end: they cannot be packed."""
+"""Formats that cannot be packed: a library opens the file by its name, or it is read from its end."""
 _MAGIC = {GZIP: b"\x1f\x8b", ZSTD: b"\x28\xb5\x2f\xfd"}
 _READ = 1 << 18
 _MEMBER = 16 + zlib.MAX_WBITS  # zlib's way to say gzip
@@ -24,12 +24,12 @@ def packing_of(path: str) -> str:
 
 
 def unpacked_name(path: str) -> str:
-    """The name without that ending, which tells the format."""
+    """The name without that suffix, which gives the format."""
     return path[: len(path) - len(packing_of(path))]
 
 
 def unpacked(path: str, file: BinaryIO, head: bytes) -> tuple[BinaryIO, Unpacking | None]:
-    """The file's content, and what unpacks it; the file itself where it is not packed, by its first bytes."""
+    """The unpacked content, and its reader; the file itself if its first bytes show that it is not packed."""
     suffix = next((suffix for suffix, magic in _MAGIC.items() if head.startswith(magic)), "")
     if not suffix:
         return file, None
@@ -38,7 +38,7 @@ def unpacked(path: str, file: BinaryIO, head: bytes) -> tuple[BinaryIO, Unpackin
 
 
 class Unpacking(io.RawIOBase):
-    """A packed file as it was; it may be rewound. `problem` says why it ended before its end, "" if it did not."""
+    """The content of a packed file; may be rewound. `problem` says why it ends too early, "" if it does not."""
 
     def __init__(self, path: str, file: BinaryIO) -> None:
         self.problem = ""
@@ -58,7 +58,7 @@ class Unpacking(io.RawIOBase):
         return self._at
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """To the beginning, and nowhere else."""
+        """Go to the beginning; other places are refused."""
         if (offset, whence) == (0, io.SEEK_CUR):
             return self._at
         if (offset, whence) != (0, io.SEEK_SET):
@@ -147,7 +147,7 @@ class _Zstd(Unpacking):
 
 
 class _Borrowed(io.RawIOBase):
-    """A file that stays open when pyarrow closes what it was given."""
+    """A file that stays open when pyarrow closes it."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -166,7 +166,7 @@ class _Borrowed(io.RawIOBase):
 
 
 class Packing(io.RawIOBase):
-    """A file that is packed while it grows; what was flushed can be read, whatever comes after."""
+    """A file that is packed while it grows; flushed data can be read even if the rest is missing."""
 
     def __init__(self, path: str, file: BinaryIO) -> None:
         self._file = file

@@ -1,4 +1,4 @@
-"""Blocks of different sizes, each size laid out by numpy in rows of bytes, put in their order."""
+"""Joins blocks of different sizes in order; numpy lays out each size in rows of bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file while it is read: its bytes, what is learnt of it, and what was wrong in it and where."""
+"""A file during reading: its bytes, the facts about it, and its faults with their places."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.logs.entry import LogEntry
 from canwire.logs.limits import USUAL, LogLimits
 
 MOST_FAULTS = 1000
-"""Faults of a file that are kept one by one; the rest is counted."""
+"""Number of faults that are kept; further ones are only counted."""
 
 
 DATED_NS = 10**17
@@ -33,7 +33,7 @@ class LogFault(NamedTuple):
 
 
 class Source:
-    """What a reader is given, and tells: see the attributes of `Log`, which are these."""
+    """The input and the results of a reader; `Log` has the same attributes."""
 
     def __init__(self, path: str, file: BinaryIO, limits: LogLimits = USUAL) -> None:
         self.path = path
@@ -48,7 +48,7 @@ class Source:
         self.fault_count = 0
 
     def fault(self, where: str, what: str) -> None:
-        """Count something wrong, and keep it if there are not too many."""
+        """Count a fault, and keep it if there are not too many."""
         self.fault_count += 1
         if len(self.faults) < MOST_FAULTS:
             self.faults.append(LogFault(where, what))
@@ -67,18 +67,18 @@ class Source:
         return number
 
     def beyond(self, limit: str, what: str) -> BadLog:
-        """The error for what is more than the limit of this name."""
+        """The error for exceeding the limit of this name."""
         most = getattr(self.limits, limit)
         return BadLog(
             f"{self.path}: {what} than {limit}={most}; open it with a larger one in limits=LogLimits()"
         )
 
     def infer_date(self, time_ns: int) -> None:
-        """What a time stamp tells: beyond 1973 they count from 1970."""
+        """Learn from a time stamp: after 1973, stamps count from 1970."""
         self.dated = self.dated or time_ns >= DATED_NS
 
     def batch(self, entries: Iterable[LogEntry]) -> LogBatch:
-        """Entries as a batch of this log; one with numbers that no record holds is a fault."""
+        """Entries as a batch of this log; an entry whose numbers no record can hold is a fault."""
         listed = list(entries)
         try:
             found = batch_of(listed, self.channels)

@@ -1,4 +1,4 @@
-"""A log to write: `create_log`. What a format cannot hold is left out and counted."""
+"""Writes logs: `create_log`. Data that a format cannot hold are left out and counted."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 class LogWriter:
     """A log file that grows, made by `create_log`; a context manager.
 
-    `write` takes entries, `write_batch` numpy records, the quick way. What was handed in is in the file after `flush`
-    at the latest, and `open_log` reads it from there, unless the format `needs_end` or the log is to be `whole`.
+    `write` accepts entries, `write_batch` numpy records, which is faster. After `flush` all entries are in the file,
+    and `open_log` can read them, unless the format `needs_end` or the log is to be `whole`.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class LogWriter:
 
     @property
     def count(self) -> int:
-        """Entries that are in the file; some more may wait for `flush`."""
+        """The number of entries in the file; more may wait for `flush`."""
         return self._form.count
 
     @property
@@ -79,30 +79,30 @@ class LogWriter:
 
     @property
     def needs_end(self) -> bool:
-        """The file can be read after `close` only: its format has an index at the end."""
+        """Whether the file can be read only after `close`, because its format has an index at the end."""
         return self._form.needs_end
 
     @property
     def size(self) -> int:
-        """Bytes of the file that grows; of a trace's, which is still to be packed, bytes of its records."""
+        """Size of the growing file in bytes; for a trace, the size of its unpacked records."""
         return self._form.grown()
 
     @property
     def left_out(self) -> dict[str, int]:
-        """What the format cannot hold, and how often it came: {"LIN frames": 3}."""
+        """Data that the format cannot hold, with counts: {"LIN frames": 3}."""
         return dict(self._form.left_out)
 
     def write(self, entry: LogEntry) -> None:
-        """One entry; raises BadValue for what is none, OSError where the disk is full."""
+        """Write one entry; raises BadValue for another object, OSError for a full disk."""
         instance("entry", entry, LogEntry)
         self.write_many((entry,))
 
     def write_many(self, entries: Iterable[LogEntry]) -> None:
-        """Several entries at once."""
+        """Write several entries."""
         self.write_batch(batch_of(entries, self._form.channels))
 
     def write_batch(self, batch: LogBatch) -> None:
-        """Many entries. Raises OSError where the disk is full, which says how many are in the file."""
+        """Write many entries. Raises OSError for a full disk, which says how many are in the file."""
         self._check_open()
         form = self._form
         records = renumbered(batch, form.channels)
@@ -115,7 +115,7 @@ class LogWriter:
             self._telling(lambda: form.put(records))
 
     def flush(self) -> None:
-        """Everything handed in goes to the operating system, so that it survives this process."""
+        """Pass all entries to the operating system, so that they survive this process."""
         if not self._closed:
             self._telling(self._form.sync)
 
@@ -127,7 +127,7 @@ class LogWriter:
         return turned[0]
 
     def close(self) -> None:
-        """Finish the file; a second time does nothing. A log that is to be `whole` is dropped after an error."""
+        """Finish the file; a second call does nothing. A log that is to be `whole` is removed after an error."""
         if self._closed:
             return
         self._closed = True
@@ -152,7 +152,7 @@ class LogWriter:
         return f"<LogWriter {self.path!r}, {self.format}, {self.count} entries, {state}>"
 
     def leave_to_parent(self) -> None:
-        """In a forked process: nothing more is written, and the file is as the parent leaves it."""
+        """In a forked process: write nothing more; the file belongs to the parent."""
         if not self._closed:
             self._closed = self._left = True
             self._form.leave_to_parent()
@@ -211,17 +211,17 @@ def create_log(
     clock: str = "",
     whole: bool = False,
 ) -> LogWriter:
-    """A new log file, its format told by the suffix or by `format`; "-" is standard output. Overwrites.
+    """Create a log file, overwriting an old one; the suffix or `format` gives its format. "-" is standard output.
 
-    A name that ends in .gz or .zst is packed so; the suffix before that tells the format ("drive.log.gz").
-    A name that ends with a slash, or ".trace", or that is a folder's means a trace, whose folder must be new or empty.
+    A file with the suffix .gz or .zst is packed; the suffix before it gives the format ("drive.log.gz").
+    A name that ends with a slash or ".trace", or that of a folder, means a trace; its folder must be new or empty.
 
-    `dated`: time stamps count from 1970, else from a zero of their own. `start_ns`: when it began, if that is known
-    (nanoseconds since 1970). `clock`: whose time it is. `whole`: all of the log or nothing of it. It is written beside
-    its name and takes that when it is closed; an error before, of the writer or in its `with`, leaves what was there
-    (a trace's folder and standard output are written as ever). Formats that `needs_end` are written beside, too.
-    Raises BadValue for a format there is not, ExtraMissing where a library is missing, OSError for a file that does
-    not open; an existing file is as it was then.
+    `dated`: time stamps count from 1970, else from an unknown zero. `start_ns`: the start in nanoseconds since 1970, if
+    known. `clock`: the name of the clock. `whole`: write a temporary file, which gets the name at `close`; after an
+    earlier error, of the writer or in its `with`, the old file is unchanged (this does not apply to traces and
+    standard output). Formats that `needs_end` are written in this way, too.
+    Raises BadValue for an unknown format, ExtraMissing for a missing library, OSError if the file cannot be opened;
+    then an existing file is unchanged.
 
     >>> with create_log("out.log") as log:  # doctest: +SKIP
     ...     log.write(LogEntry(1_000_000, "can0", Frame(0x123), "R"))
@@ -245,7 +245,7 @@ def create_log(
 
 @contextmanager
 def _opened(name: str, path: str) -> Iterator[BinaryIO]:
-    """The file as it is, emptied once the log has begun; one that was not there is gone where it cannot begin."""
+    """The file, emptied after the log has begun; a new file is removed if the log cannot begin."""
     new = not os.path.exists(path)
     try:
         file = open(path, "wb", buffering=0, opener=_kept)  # noqa: SIM115

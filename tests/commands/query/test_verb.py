@@ -107,7 +107,7 @@ def test_a_file_is_written_whole_or_stays(tmp_path: Path, capsys: pytest.Capture
     convert_log(log, tmp_path / "log.trace")
     for trace, place in ((log, log), (tmp_path / "log.trace", tmp_path / "log.trace" / "out.parquet")):
         assert main(["query", str(trace), "select 1", "-o", str(place)]) == 2
-        assert "it is what is asked; give the answer a place of its own" in capsys.readouterr().err
+        assert "it is what is read; write the result elsewhere" in capsys.readouterr().err
     assert log.read_bytes() == before
     assert sorted(os.listdir(tmp_path)) == ["log.parquet", "log.trace", "out.csv"]
 

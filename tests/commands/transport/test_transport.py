@@ -157,7 +157,7 @@ def test_messages_from_one_program_to_another(
     assert [line for line in lines if " bytes" in line] == ["3 bytes  22F190", f"100 bytes  {messages[1]}"]
     assert lines[0] == "[SF] 3  22 F1 90"
     assert any(line.startswith("[FF] 100") for line in lines)
-    assert any(line.startswith("[FC] go on, block size 0") for line in lines)
+    assert any(line.startswith("[FC] continue to send, block size 0") for line in lines)
     assert sum(line.startswith("[CF]") for line in lines) == (
         1 if "--fd" in options else 16 if "-x" in options else 14
     )

@@ -1,1 +1,1 @@
-"""`canwire campaign`: thousands of labs by number."""
+"""`canwire campaign`: thousands of numbered runs of a Lab."""

@@ -1,4 +1,4 @@
-"""How far a campaign is: its runs as they come."""
+"""The progress of a campaign: how many runs are done."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.commands.shell import progress
 
 
 class Progress:
-    """Counts runs as they come; of `total`, if the command line says how many."""
+    """Counts finished runs, out of `total` if the command line gives a number."""
 
     def __init__(self, total: int | None = None, *, quiet: bool = False) -> None:
         self.done = 0
@@ -18,12 +18,12 @@ class Progress:
         self._shown = progress.Progress(total, "campaign", unit=" runs", lines=True, quiet=quiet)
 
     def count(self, run: CampaignRun) -> None:
-        """One more."""
+        """Count one finished run, and show the progress."""
         self.done += 1
         self._bad += not run.passed
         rate = self.done / max(1e-9, time.monotonic() - self._began)
         self._shown.show(self.done, f", {self._bad} not passed, {rate:.0f} runs/s")
 
     def end(self) -> None:
-        """Its line is free for what follows."""
+        """End the progress line, so that other output can follow."""
         self._shown.__exit__()

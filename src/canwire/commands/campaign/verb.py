@@ -1,19 +1,19 @@
-"""`canwire campaign`: play a function with a Lab thousands of times, with seeds and parameters, on all processors.
+"""`canwire campaign`: run a function with a Lab thousands of times, with seeds and parameters, on all processors.
 
-canwire campaign flips.py                              once for each value of its lists
-canwire campaign flips.py --runs 10000 --workers 8     so many runs, so many processes
-canwire campaign flips.py --results flips.parquet      one row a run: parameters, verdict, figures
+canwire campaign flips.py                              one run for each combination of its lists
+canwire campaign flips.py --runs 10000 --workers 8     10,000 runs in 8 processes
+canwire campaign flips.py --results flips.parquet      a table: parameters, verdict and figures of each run
 canwire campaign flips.py --report flips.xml           the same as JUnit XML, for a build server
 canwire campaign flips.py --report flips.html          a page: which parameters fail, durations, the first failures
-canwire campaign flips.py --time-limit 60              a run that takes longer is ended, the others go on
-canwire campaign flips.py --repeat 4711 --log run.log  one run again, byte for byte
-canwire campaign flips.py --shrink                     of each failure the smallest cause: faults, frames, values
-canwire campaign flips.py --repeat 4711 --shrink       the same of one run
-canwire campaign flips.py --cluster dask://lab:8786    the same on a Dask cluster
+canwire campaign flips.py --time-limit 60              end each run that takes longer than 60 s
+canwire campaign flips.py --repeat 4711 --log run.log  repeat run 4711, byte for byte
+canwire campaign flips.py --shrink                     find the smallest cause of each failure: faults, frames, values
+canwire campaign flips.py --repeat 4711 --shrink       find it for run 4711 only
+canwire campaign flips.py --cluster dask://lab:8786    run on a Dask cluster
 
-FILE.py has a function under @canwire.campaign(...), which says what is varied. Runs that are done are kept in a journal
-beside --results until all are: after Ctrl-C or a kill the same command plays only those that are missing. Exit status 1
-if any run did not pass.
+FILE.py contains a function decorated with @canwire.campaign(...), which lists the parameters. With --results, finished
+runs are kept in a journal next to that file until the campaign is complete: after Ctrl-C or a kill, the same command
+runs only the missing ones. The exit status is 1 if any run did not pass.
 """
 
 from __future__ import annotations
@@ -31,38 +31,50 @@ _SHOWN = 10  # runs that did not pass, in words
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("file", metavar="FILE.py", help="the campaign")
-    parser.add_argument("--runs", type=int, metavar="N", help="default: each value of its lists once")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the whole campaign (default: 1)")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes (default: one a processor)")
-    where.add_argument("--cluster", metavar="ADDRESS", help="a Dask scheduler instead, as dask://host:8786")
-    where.add_argument("--repeat", type=int, metavar="RUN", help="play this one run again, here")
     parser.add_argument(
-        "--time-limit", type=float, metavar="SECONDS", help="of each run: one that takes longer is ended"
+        "--runs", type=int, metavar="N", help="number of runs (default: each combination of its lists once)"
     )
-    parser.add_argument("--results", metavar="FILE", help="write the table, as .parquet or .csv")
-    parser.add_argument("--report", metavar="FILE", help="write JUnit XML, as .xml, or a page, as .html")
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="seed of the whole campaign (default: 1)"
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers", type=int, metavar="N", help="number of processes (default: one for each processor)"
+    )
+    where.add_argument("--cluster", metavar="ADDRESS", help="use this Dask scheduler: dask://host:8786")
+    where.add_argument("--repeat", type=int, metavar="RUN", help="repeat this run in this process")
+    parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="end each run that takes longer")
+    parser.add_argument("--results", metavar="FILE", help="write a table of the runs: .parquet or .csv")
+    parser.add_argument(
+        "--report", metavar="FILE", help="write a report: .xml for JUnit XML, .html for a page"
+    )
     parser.add_argument(
         "--shrink", type=int, nargs="?", const=_TRIALS, metavar="RUNS",
-        help=f"look for the smallest cause of a failure, with at most so many runs (default: {_TRIALS})",
+        help=f"find the smallest cause of each failure in at most RUNS runs (default: {_TRIALS})",
     )  # fmt: skip
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="with --repeat: another parameter"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="with --repeat: change this parameter",
     )
     parser.add_argument(
         "--only", action="append", default=[], metavar="KIND=NUMBERS",
-        help="with --repeat: of its frames, faults or bits of noise only these take place, as frames=3,7-9 or none",
+        help="with --repeat: keep only these frames, faults or bits of noise: frames=3,7-9, or frames=none",
     )  # fmt: skip
     parser.add_argument(
         "--flip", action="append", default=[], metavar="BUS:ID:BIT",
         help="with --repeat: invert this bit of the first frame with this identifier",
     )  # fmt: skip
-    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
-    parser.add_argument("--log", metavar="FILE", help="with --repeat: its frames, as a candump log")
+    parser.add_argument("--quiet", action="store_true", help="do not show the progress")
+    parser.add_argument(
+        "--log", metavar="FILE", help="with --repeat: write the frames of the run as a candump log"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Play, and print the account."""
+    """Run the campaign and print a summary; 1 if any run did not pass."""
     if arguments.repeat is not None:
         return _again(arguments) if arguments.shrink is None else _shrunk(arguments)
     if arguments.set or arguments.only or arguments.flip:

@@ -1,1 +1,1 @@
-"""Verbs and words by a network's description: messages and signals by name."""
+"""Verbs and arguments that use a network description: messages and signals by name."""

@@ -1,4 +1,4 @@
-"""`--db FILE`, and how the file is read; for some verbs several files, each for a channel."""
+"""`--db FILE` and the options for reading it; some verbs accept several files, each for a channel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OF_CHANNEL = re.compile(r"([A-Za-z0-9_.:-]{2,})=(.+)")  # two letters: C:\car.d
 
 
 class _Once(argparse.Action):
-    """A second --db is a mistake rather than another first one."""
+    """Refuses a second --db instead of replacing the first."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
         if getattr(namespace, self.dest) is not None:
@@ -30,7 +30,7 @@ class _Once(argparse.Action):
 def add_database_argument(
     parser: argparse._ActionsContainer, what: str, *, several: bool = False, required: bool = False
 ) -> None:
-    """--db, --no-strict and --encoding; with `several` --db may come again, and as CHANNEL=FILE."""
+    """--db, --no-strict and --encoding; with `several`, --db may be repeated and given as CHANNEL=FILE."""
     if several:
         parser.add_argument(
             "--db",
@@ -38,7 +38,7 @@ def add_database_argument(
             action="append",
             default=[],
             required=required,
-            help=f"a {KINDS}: {what}; again: several, for all channels or for one: can0=car.dbc",
+            help=f"a {KINDS}: {what}; may be given several times, also for one channel: can0=car.dbc",
         )
     else:
         parser.add_argument(
@@ -50,18 +50,18 @@ def add_database_argument(
 def add_reading_arguments(parser: argparse._ActionsContainer) -> None:
     """--no-strict and --encoding."""
     parser.add_argument(
-        "--no-strict", action="store_true", help="take a file with signals that overlap or do not fit, too"
+        "--no-strict", action="store_true", help="also accept a file with signals that overlap or do not fit"
     )
-    parser.add_argument("--encoding", metavar="NAME", help="of the file's text: cp1252, utf-8, gbk")
+    parser.add_argument("--encoding", metavar="NAME", help="encoding of the file: cp1252, utf-8, gbk")
 
 
 def database_of(arguments: argparse.Namespace) -> Database | None:
-    """The file of --db, None without; raises BadDescription, ExtraMissing."""
+    """The database of --db, None without --db; raises BadDescription, ExtraMissing."""
     return None if arguments.db is None else loaded(arguments.db, arguments)
 
 
 def databases_of(arguments: argparse.Namespace) -> Databases | None:
-    """Those of all --db, None without any; raises BadDescription, ExtraMissing, BadValue."""
+    """The databases of all --db options, None without any; raises BadDescription, ExtraMissing, BadValue."""
     if not arguments.db:
         return None
     found = []
@@ -73,28 +73,28 @@ def databases_of(arguments: argparse.Namespace) -> Databases | None:
 
 
 class Databases:
-    """Several, each for the channel of that name or, with "", for every one."""
+    """Several databases, each for the channel of that name, or for all channels where the name is ""."""
 
     def __init__(self, found: Sequence[tuple[str, Database]]) -> None:
         self._found = list(found)
 
     def of(self, channel: str) -> list[Database]:
-        """Those for this channel: its own come first."""
+        """The databases for this channel: first those for it alone, then those for all channels."""
         own = [database for name, database in self._found if name == channel and name]
         return own + [database for name, database in self._found if not name]
 
     @property
     def pairs(self) -> list[tuple[str, Database]]:
-        """Each with its channel, "" for all, in the order of the command line."""
+        """Each database with its channel ("" for all), in the order of the command line."""
         return list(self._found)
 
     @property
     def all(self) -> list[Database]:
-        """Every one, in the order of the command line."""
+        """All databases, in the order of the command line."""
         return [database for _, database in self._found]
 
     def decode(self, frame: Frame | LinFrame, channel: str = "") -> DecodedMessage | None:
-        """By the first of the channel's files that knows the frame; None where none does."""
+        """Decode with the first of the channel's files that knows the frame; None if none does."""
         for database in self.of(channel):
             message = database.decode(frame)
             if message is not None:
@@ -102,13 +102,13 @@ class Databases:
         return None
 
     def knowing(self, frame: Frame, channel: str) -> Database:
-        """The first of the channel's files that knows this frame, which one does."""
+        """The first of the channel's files that knows this frame; one of them must."""
         return next(one for one in self.of(channel) if one.message_of(frame) is not None)
 
     def ids_of(self, names: Sequence[str], channel: str) -> list[tuple[int, int, bool]]:
-        """Identifier, mask and whether it has 29 bits, of these messages on this channel, as its first file has each.
+        """Identifier, mask and whether it has 29 bits, for each message, as in the channel's first file that has it.
 
-        Raises BadValue, with near names, for one that no file of any channel has.
+        Raises BadValue, with similar names, for a message that no file of any channel contains.
         """
         found: list[tuple[int, int, bool]] = []
         for name in names:
@@ -120,7 +120,7 @@ class Databases:
 
 
 def loaded(path: str, arguments: argparse.Namespace) -> Database:
-    """This file, read as the arguments say; raises BadDescription, ExtraMissing."""
+    """Load this file with the options of the command line; raises BadDescription, ExtraMissing."""
     from canwire import load_database
 
     return load_database(path, encoding=arguments.encoding, strict=not arguments.no_strict)

@@ -1,17 +1,17 @@
-"""`canwire decode`: a log by a database, signals with names and units.
+"""`canwire decode`: decode a log with a database: signals with names and units.
 
 canwire decode drive.log --db car.dbc                  a line for each frame that the file knows
 canwire decode drive.log --db can0=car.dbc --db can1=engine.dbc    a database for each channel
-canwire decode drive.log --db car.dbc --all            frames without a name, too
+canwire decode drive.log --db car.dbc --all            also print frames that no file knows
 canwire decode drive.log --db car.dbc --filter 100-1FF  these frames only
-canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns by tabs
-canwire decode drive.log --db car.dbc --form json      an object a line, for programs
+canwire decode drive.log --db car.dbc --form columns   a row for each signal, columns separated by tabs
+canwire decode drive.log --db car.dbc --form json      a JSON object on each line, for programs
 canwire decode drive.log --db engine.dbc --check --plugin alive:alive    only frames whose counter or checksum is wrong
 canwire decode drive.log --db car.dbc -o signals.parquet    a Parquet table with a row for each value
 
-The log is of any format, told by its first bytes; - is standard input. Status 1 if some of it could not be read, or
---check has found something.
-`canwire query` asks signals by SQL. The columns of -o are time_s, time_ns, channel, message, signal, value, text, unit.
+The log may be of any format, which its first bytes show; - is standard input. The exit status is 1 if some of the log
+could not be read or if --check found a wrong message. The columns of -o are time_s, time_ns, channel, message, signal,
+value, text, unit. `canwire query` selects signals with SQL.
 """
 
 from __future__ import annotations
@@ -42,26 +42,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="a log of any format; - is standard input")
     add_database_argument(parser, "names and signals", several=True, required=True)
     parser.add_argument(
-        "--from", dest="source", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
+        "--from", dest="source", metavar="FORMAT", help="format of LOG (default: by its first bytes)"
     )
     parser.add_argument(
-        "--filter", action="append", default=[], metavar="IDS", help="as `canwire dump --filter` has it"
+        "--filter",
+        action="append",
+        default=[],
+        metavar="IDS",
+        help="only these frames, as in `canwire dump --filter`",
     )
-    parser.add_argument("--form", choices=FORMS, default="text", help="what is printed (text)")
+    parser.add_argument("--form", choices=FORMS, default="text", help="form of the output (text)")
     parser.add_argument(
-        "-o", "--out", metavar="FILE.parquet", help="write a Parquet table, and print nothing"
+        "-o", "--out", metavar="FILE.parquet", help="write a Parquet table and print no messages"
     )
     parser.add_argument(
         "--check",
         action="store_true",
-        help="show frames with a wrong counter or checksum only, and why: by the file's E2E profiles and --plugin",
+        help="show only frames with a wrong counter or checksum, and why: by E2E profiles of the file and --plugin",
     )
-    add_plugin_argument(parser, "with --check: what finishes each message where it is sent")
-    parser.add_argument("--all", action="store_true", help="frames that no file knows, too")
+    add_plugin_argument(parser, "with --check: the function with which the sender finishes each message")
+    parser.add_argument("--all", action="store_true", help="also print frames that no file knows")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the log; 1 for faults in it. BadLog, BadDescription, BadValue, OSError for what cannot be."""
+    """Print the log; 1 if it has faults. Raises BadLog, BadDescription, BadValue, OSError."""
     databases = databases_of(arguments)
     if arguments.plugin and not arguments.check:
         raise BadValue(f"--plugin {arguments.plugin[0]}: it belongs to --check")

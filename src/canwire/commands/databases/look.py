@@ -1,9 +1,9 @@
-"""`canwire db`: what a database says: messages, signals, a picture of each message's bits.
+"""`canwire db`: show a database: messages, signals, a picture of each message's bits.
 
 canwire db car.dbc                     a line for each message
 canwire db car.dbc EngineData          one message: its signals and its bits (a name, or an identifier: 0x100)
-canwire db car.dbc --search speed      messages and signals with that in their names, comments or units
-canwire db car.dbc --diff engine.dbc   what another file says otherwise; status 1 if there is something
+canwire db car.dbc --search speed      messages and signals with this text in a name, comment or unit
+canwire db car.dbc --diff engine.dbc   the differences from another file; status 1 if any
 canwire db car.dbc --json              everything, for programs
 """
 
@@ -25,15 +25,24 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("db", metavar="FILE", help=f"a {KINDS}")
-    parser.add_argument("messages", nargs="*", metavar="MESSAGE", help="names, or identifiers: 0x100")
-    parser.add_argument("--search", metavar="TEXT", help="messages and signals that have it, in either case")
-    parser.add_argument("--diff", metavar="OTHER", help="what the other file says otherwise")
+    parser.add_argument(
+        "messages",
+        nargs="*",
+        metavar="MESSAGE",
+        help="show only these messages: names, or identifiers: 0x100",
+    )
+    parser.add_argument(
+        "--search",
+        metavar="TEXT",
+        help="find messages and signals with this text in a name, comment or unit; ignores case",
+    )
+    parser.add_argument("--diff", metavar="OTHER", help="show the differences from the file OTHER")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_reading_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print it; 1 if --search finds nothing or --diff finds something. BadDescription, BadValue."""
+    """Print the database; 1 if --search finds nothing or --diff finds something. BadDescription, BadValue."""
     database = loaded(arguments.db, arguments)
     chosen = [message for word in arguments.messages for message in _named(database, word)]
     if arguments.json:
@@ -103,7 +112,7 @@ def signal_text(signal: SignalDescription) -> str:
 
 
 def found_in(database: Database, text: str) -> Iterator[str]:
-    """Messages and signals with this in their name, comment or unit."""
+    """Messages and signals with this text in their name, comment or unit."""
     for message in database.messages.values():
         if text in message.name.lower() or text in message.comment.lower():
             yield line_of(message)
@@ -113,7 +122,7 @@ def found_in(database: Database, text: str) -> Iterator[str]:
 
 
 def differences_of(one: Database, other: Database) -> Iterator[str]:
-    """What is only in one of them (< and >), and what is not the same in both, by message and signal."""
+    """What only one database contains (< and >) and what differs, by message and signal."""
     for name in dict.fromkeys([*one.messages, *other.messages]):
         if name not in other.messages:
             yield f"< {line_of(one.messages[name])}"

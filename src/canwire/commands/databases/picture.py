@@ -14,7 +14,7 @@ _FREE, _SEVERAL = ".", "*"
 
 
 def picture_of(message: MessageDescription) -> Iterator[str]:
-    """Rows of eight bits, the highest first; a point is no signal's, a star is several signals' (of several pages)."""
+    """Rows of eight bits, the highest first; `.`: a bit of no signal, `*`: of several signals (on different pages)."""
     owners: dict[int, str] = {}
     letters = []
     for number, signal in enumerate(message.signals.values()):

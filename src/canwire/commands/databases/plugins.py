@@ -16,7 +16,7 @@ Plugin = Callable[[OutgoingMessage], None]
 
 
 def find_plugin(text: str) -> Plugin:
-    """The function; modules of the current directory are found, too. Raises BadValue."""
+    """The function that `text` names; also finds modules in the current directory. Raises BadValue."""
     module, colon, name = text.partition(":")
     return _of_module(text, module, name) if colon else _installed(text)
 

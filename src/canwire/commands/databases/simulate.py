@@ -1,13 +1,13 @@
-"""`canwire simulate`: the messages that a network's description has a node send, at their cycle times.
+"""`canwire simulate`: send the messages of a node of a network description, at their cycle times.
 
-canwire simulate Engine can0 --db examples/engine.dbc                 until Ctrl-C, whether or not anybody listens
+canwire simulate Engine can0 --db examples/engine.dbc                 until Ctrl-C, with or without a receiver
 canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --set EngineSpeed=1500 --set EngineData.Ready=yes
 canwire simulate Engine can0 --db examples/engine.dbc --duration 0.2 --plugin examples.alive:alive
 
-Signals begin with the file's start values (GenSigStartValue), or with --set. A plug-in is a function that gets each
-message before it goes, for counters and checksums: docs/how-to/databases.md has one. At the end, after Ctrl-C too, a
-line on stderr says how many frames of each message were sent and how many got through.
-Exit status 1 if frames were not delivered.
+Signals start with the values of --set, else with the start values of the file (GenSigStartValue). A plug-in is a
+function that is called with each message before it is sent, for counters and checksums; docs/how-to/databases.md
+contains an example. At the end, also after Ctrl-C, a line on stderr gives the number of frames sent of each message and
+the number of frames delivered. The exit status is 1 if frames were not delivered.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ _NS = 1_000_000_000
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("node", metavar="NODE", help="a node of the description: who sends its messages")
+    parser.add_argument("node", metavar="NODE", help="the node of the description whose messages are sent")
     add_line_arguments(parser)
-    add_database_arguments(parser, "what the node sends")
+    add_database_arguments(parser, "the messages of the node")
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="SIGNAL=VALUE",
-        help="another value than the start value; Message.Signal=VALUE for one message alone",
+        help="start value of a signal; Message.Signal=VALUE for one message only",
     )
-    add_plugin_argument(parser, "finishes each message")
-    parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after this long")
+    add_plugin_argument(parser, "a function that finishes each message before it is sent")
+    parser.add_argument("--duration", type=float, metavar="SECONDS", help="end after this time")
     add_timeout_argument(parser, "at the end, ")
 
 
@@ -100,7 +100,7 @@ class Running:
         self._refused = 0
 
     def run(self, duration_s: float | None) -> None:
-        """Until the time is over, or for ever. Where nobody takes frames, cycles that find no room are left out."""
+        """Until the time is over, or without end. Where no node acknowledges, cycles that find no room are left out."""
         end_ns = None if duration_s is None else self._now_ns() + round(duration_s * _NS)
         while end_ns is None or self._now_ns() < end_ns:
             for frame in self._simulation.due(self._now_ns()):

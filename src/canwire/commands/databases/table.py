@@ -18,9 +18,9 @@ _COLUMNS = {
 
 
 class SignalTable:
-    """A new file, which takes its name once it is whole; raises ExtraMissing, BadValue for another suffix, OSError.
+    """A new file, which gets its name when it is complete; raises ExtraMissing, BadValue for another suffix, OSError.
 
-    A value that no double can say (more than 53 bits, or several numbers in one signal) stands in `text`.
+    A value that a double cannot hold (more than 53 bits, or several numbers in one signal) is written in `text`.
     """
 
     def __init__(self, path: str) -> None:

@@ -25,7 +25,7 @@ def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> Non
         "--fill",
         type=float,
         metavar="VALUE",
-        help="for signals that are not given and have no start value in the file (or the nearest in range)",
+        help="value of signals that are neither given nor have a start value in the file (limited to their range)",
     )
 
 
@@ -35,7 +35,7 @@ def add_plugin_argument(parser: argparse._ActionsContainer, what: str) -> None:
 
 
 def frames_of(words: Sequence[str], database: Database | None, fill: float | None) -> list[Frame]:
-    """Frames in text form, and by a description also messages with their signals; raises BadText, BadValue."""
+    """Frames as text and, with a description, also messages with their signals; raises BadText, BadValue."""
     if database is None:
         return [_parsed(word) for word in words]
     frames: list[Frame] = []
@@ -47,7 +47,7 @@ def frames_of(words: Sequence[str], database: Database | None, fill: float | Non
 def numbered_frames_of(
     words: Sequence[str], database: Database | None, fill: float | None, plugins: Sequence[Plugin]
 ) -> list[Callable[[int], Frame]]:
-    """The same for each round of a list that is sent again: counters and checksums, by plug-ins and the file, go on.
+    """The same for each round of a repeated list: counters and checksums, by plug-ins and the file, continue.
 
     Raises BadText, BadValue.
     """

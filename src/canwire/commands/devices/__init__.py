@@ -1,1 +1,1 @@
-"""`canwire devices`: the boards of the hub, their lines, and who uses them."""
+"""`canwire devices`: the boards of the hub, their lines, and the programs that use them."""

@@ -1,7 +1,7 @@
-"""`canwire adapters`: the real adapters of this machine, each with the line to type.
+"""`canwire adapters`: list the real adapters of this machine, each with the command that shares it.
 
-canwire adapters           serial ports, candleLights, and whatever python-can finds
-canwire adapters --json    the same for programs
+canwire adapters           serial ports, candleLights, and the adapters that python-can finds
+canwire adapters --json    the same as JSON, for programs
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what is found; no adapter is no error."""
+    """Print the adapters; finding none is not an error."""
     if not arguments.json:
         return list_adapters()
     print(
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def list_adapters() -> int:
-    """One a line: the command that shares it, then what it is."""
+    """Print each adapter on a line: the command that shares it, then its description."""
     found = [(f'canwire share "{one.spec}" --bit-rate 500000', one.description) for one in find_adapters()]
     width = max((len(line) for line, _ in found), default=0)
     for line, description in found:

@@ -1,4 +1,4 @@
-"""What `canwire devices --json` says: numbers as numbers, everything else by its name."""
+"""The output of `canwire devices --json`: numbers as numbers, everything else by name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def board_facts(board: BoardInfo, states: list[Use]) -> dict[str, Any]:
-    """For --json."""
+    """The JSON object of a board."""
     lines = [
         line_facts(index, line, status)
         for index, (line, status) in enumerate(zip(board.lines, states, strict=True))
@@ -32,7 +32,7 @@ def board_facts(board: BoardInfo, states: list[Use]) -> dict[str, Any]:
 
 
 def line_facts(index: int, line: LineInfo, status: Use) -> dict[str, Any]:
-    """For --json: numbers as numbers, states, errors and features by their names, bytes in hex."""
+    """The JSON object of a line: numbers as numbers, states, errors and features by their names, bytes in hex."""
     if isinstance(status, LinUse):
         return _lin_facts(index, line, status)
     capabilities = asdict(line.capabilities)
@@ -51,7 +51,7 @@ def line_facts(index: int, line: LineInfo, status: Use) -> dict[str, Any]:
 
 
 def _lin_facts(index: int, line: LineInfo, use: LinUse) -> dict[str, Any]:
-    """A LIN line has no `capabilities`, but those in `lin`."""
+    """A LIN line has its capabilities in `lin`; `capabilities` is None."""
     assert line.lin is not None
     features = [str(one.name) for one in LinFeature if line.lin.can(one)]
     mode = use.status.mode
@@ -89,7 +89,7 @@ def _timing_facts(timing: BitTiming | None) -> dict[str, Any] | None:
 
 
 def time_facts(state: TimeState) -> dict[str, Any]:
-    """For --json."""
+    """The JSON object of a hub's time in lockstep mode."""
     programs = [
         {"name": one.name, "thread": one.thread, "waits": one.waits, "until_ns": one.until_ns}
         for one in state.programs

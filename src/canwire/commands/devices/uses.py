@@ -1,4 +1,4 @@
-"""The lines of a hub as they are now, and who has them."""
+"""The present state of a hub's lines, and the programs that use them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class LinUse(NamedTuple):
-    """A LIN line as it is, and who has it."""
+    """The status of a LIN line, and the programs that use it."""
 
     status: LinLineStatus
     control_holder: str
@@ -33,7 +33,7 @@ Found = tuple[BoardInfo, list[Use]]
 
 
 def conflicts_among(found: list[Found]) -> list[RateConflict | TimingConflict]:
-    """What could not work on copper."""
+    """Bit rates and timings that would not work on a real bus."""
     return bus_conflicts(
         RunningLine(f"{board.hardware_id}:{index}", line.bus, status)
         for board, states in found
@@ -43,14 +43,14 @@ def conflicts_among(found: list[Found]) -> list[RateConflict | TimingConflict]:
 
 
 def lateness_among(found: list[Found]) -> set[str]:
-    """What there is to say of buses that cannot keep up with the clock."""
+    """The message about buses that cannot keep up with the clock; empty if all do."""
     every = [use.status if isinstance(use, LinUse) else use for _, uses in found for use in uses]
     said = {status.lateness for status in every}
     return set(sorted(said - {""})[-1:])  # one sentence: the buses of a hub share their time
 
 
 def boards_of(hub: Hub) -> Iterator[Found]:
-    """Every board with the status of its lines; one that is pulled out meanwhile is left out."""
+    """Each board with the status of its lines; boards that are unplugged meanwhile are left out."""
     boards = hub.boards()
     found: dict[tuple[int, int], Use] = {**hub.line_statuses(_with(boards, "CAN"))}
     for at, state in hub.lin_statuses(_with(boards, "LIN")).items():
@@ -67,5 +67,5 @@ def _with(boards: Iterable[BoardInfo], bus_type: str) -> list[int]:
 
 
 def errors_by_kind(status: LinLineStatus) -> dict[str, int]:
-    """How often which LinErrorKind came, by name."""
+    """The number of errors of each LinErrorKind, by name."""
     return {kind.name: count for kind, count in zip(LinErrorKind, status.errors, strict=True) if kind}

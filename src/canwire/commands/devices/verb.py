@@ -1,8 +1,8 @@
-"""`canwire devices`: the boards of the hub, their lines, and who uses them.
+"""`canwire devices`: list the boards of the hub, their lines, and the programs that use them.
 
 canwire devices            a tree for people
 canwire devices --json     one object with everything: identity, capabilities, settings, counters
-canwire devices --network  hubs that are offered to other machines, here or at an endpoint of another one
+canwire devices --network  hubs offered to other machines, by this machine or at another endpoint
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="tcp/localhost:7449",
         metavar="ENDPOINT",
-        help="list the hubs that are offered there instead (default: tcp/localhost:7449)",
+        help="list the hubs that are offered at ENDPOINT instead (default: tcp/localhost:7449)",
     )
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what is plugged in now; HubLost if the hub of that address does not answer."""
+    """Print the boards of the hub; HubLost if the hub at that address does not answer."""
     if arguments.network is not None:
         return print_offers(arguments.network, as_json=arguments.json)
     with ExitStack() as closing:
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def time_text(state: TimeState) -> list[str]:
-    """Who keeps one time, what each waits for, and why it does not pass."""
+    """Lockstep mode as text: the programs, what each waits for, and why the time does not advance."""
     shown = [f"{_seconds(state.now_ns)} of one time for {len(state.programs)} threads of programs"]
     if state.pace:
         shown.append(f"  held to {state.pace:g} times the clock (canwire pace)")
@@ -101,7 +101,7 @@ def _seconds(time_ns: int) -> str:
 
 
 def tree(found: list[Found]) -> list[str]:
-    """For people: a line for each board, two for each of its lines, columns aligned over all of them."""
+    """Text: a line for each board, two for each of its lines, with columns aligned over all boards."""
     cells = [
         line_cells(index, line, status)
         for board, states in found
@@ -126,7 +126,7 @@ def tree(found: list[Found]) -> list[str]:
 
 
 def line_cells(index: int, line: LineInfo, status: Use) -> tuple[str, ...]:
-    """What a line is and how it is, in columns."""
+    """The identity and the state of a line, in columns."""
     where = f":{index}", line.name, line.bus or "-"
     initialised = status.status.initialised if isinstance(status, LinUse) else status.initialised
     if not initialised:
@@ -146,7 +146,7 @@ def line_cells(index: int, line: LineInfo, status: Use) -> tuple[str, ...]:
 
 
 def colour_of(status: Use) -> str:
-    """Green for a line that works, yellow for one with errors, red for one that cannot take part."""
+    """Green for a line that works, yellow for one with errors, red for one that cannot communicate."""
     if isinstance(status, LinUse):
         return GREEN if status.status.running else ""
     if status.coupling_fault or status.state == ErrorState.BUS_OFF:
@@ -157,7 +157,7 @@ def colour_of(status: Use) -> str:
 
 
 def counters_text(status: Use) -> str:
-    """Everything counted, losses included."""
+    """All counters of a line, lost frames included."""
     if isinstance(status, LinUse):
         lin = status.status
         kinds = ", ".join(f"{count} {name}" for name, count in errors_by_kind(lin).items() if count)
@@ -173,7 +173,7 @@ def counters_text(status: Use) -> str:
 
 
 def holders_text(status: Use) -> str:
-    """Who has it."""
+    """The programs that use a line."""
     exclusive = " (exclusive)" if status.exclusive else ""
     if isinstance(status, LinUse):
         monitors = f"{status.status.monitors} monitor{'' if status.status.monitors == 1 else 's'}"

@@ -1,1 +1,1 @@
-"""`canwire bridge`: two buses, and what passes between them."""
+"""`canwire bridge`: passes frames between two buses."""

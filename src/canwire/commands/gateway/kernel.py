@@ -1,4 +1,4 @@
-"""A bus of the hub and a CAN interface of the kernel as one bus."""
+"""Joins a bus of the hub and a CAN interface of the kernel to one bus."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _QUEUE = 32_768
 
 
 def join(arguments: argparse.Namespace, hub: Hub, interface: str) -> int:
-    """Pass frames on until Ctrl-C; HubError without such an interface, OSError once it goes down."""
+    """Pass frames on until Ctrl-C. Raises HubError without such an interface, OSError when it goes down."""
     from canwire.socketcan.bridge import Bridge, kernel_socket
 
     for rule in ("filter", "map", "change", "rate", "one_way"):

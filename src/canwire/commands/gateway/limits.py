@@ -1,4 +1,4 @@
-"""What a gateway does not pass on because of a limit, said while it runs: the first time, and then once a minute."""
+"""Reports the frames that a gateway discards because of a limit: the first one, then the number once a minute."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _KINDS = {
 
 
 class Limits:
-    """One direction; `name` is its name, `say` puts a line in front of people."""
+    """The limits of one direction with this `name`; `say` prints a line."""
 
     def __init__(
         self, name: str, say: Callable[[str], object], clock_s: Callable[[], float] = time.monotonic
@@ -28,7 +28,7 @@ class Limits:
         self._again_s = dict.fromkeys(_KINDS, 0.0)
 
     def look(self, counts: GatewayCounts) -> None:
-        """Say what has grown since it was last said."""
+        """Report the counts that have grown since the last report."""
         now_s = self._clock_s()
         for kind, words in _KINDS.items():
             count: int = getattr(counts, kind)

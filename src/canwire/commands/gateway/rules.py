@@ -1,4 +1,4 @@
-"""Rules of a gateway as they are typed: --filter, --map, --change, --rate."""
+"""Rules of a gateway from the command line: --filter, --map, --change, --rate."""
 
 from __future__ import annotations
 
@@ -22,28 +22,31 @@ def add_rule_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="ID:MASK",
-        help="frames that pass, as `canwire dump` has it",
+        help="pass only these frames on, as in `canwire dump --filter`",
     )
     parser.add_argument(
         "--map",
         action="append",
         default=[],
         metavar="ID=ID",
-        help="another identifier; back again on the way back",
+        help="give frames another identifier; the opposite direction restores the original one",
     )
     parser.add_argument(
         "--change",
         action="append",
         default=[],
         metavar="ID:BYTE=VALUE[/MASK]",
-        help="these bits of a data byte (0 is the first) of a frame, by its new identifier; on the way there",
+        help="set these bits of a data byte (0 is the first) in frames from LINE to OTHER; "
+        "ID is the new identifier",
     )
-    parser.add_argument("--rate", type=float, metavar="N", help="frames in any one second, each way")
-    parser.add_argument("--one-way", action="store_true", help="from the first to the second only")
+    parser.add_argument(
+        "--rate", type=float, metavar="N", help="pass on at most N frames in any second, in each direction"
+    )
+    parser.add_argument("--one-way", action="store_true", help="pass frames on from LINE to OTHER only")
 
 
 def rules_by(arguments: argparse.Namespace) -> tuple[GatewayRules, GatewayRules | None]:
-    """Those there and those back; raises BadValue for what cannot be read."""
+    """The rules from LINE to OTHER and the rules back (None with --one-way). Raises BadValue."""
     ids: _Ids = dict(_mapping(text) for text in arguments.map)
     capture = parse_capture(arguments.filter, (), False)
     changes = [_change(text) for text in arguments.change]

@@ -1,15 +1,15 @@
-"""`canwire bridge`: pass frames on between two buses of the hub, of two hubs, or a bus and an interface of the kernel.
+"""`canwire bridge`: pass frames between two buses, of one hub or two, or between a bus and a CAN interface of Linux.
 
-canwire bridge can0 can1                                both ways, everything
-canwire bridge can0 can1 --filter 100:700 --map 100=200  some frames, one under another identifier
+canwire bridge can0 can1                                all frames, in both directions
+canwire bridge can0 can1 --filter 100:700 --map 100=200  some frames only, 100 with identifier 200
 canwire bridge can0 can1 --one-way --rate 100           at most 100 frames in any second
-canwire bridge can0 can1 --change 123:0=80/80           bit 7 of byte 0 of frame 123 is set
-canwire bridge can0 can0 --to-hub /run/other.sock       can0 here and can0 of another hub
-canwire bridge can0 vcan0                               an interface of the kernel, which has to be there and up
+canwire bridge can0 can1 --change 123:0=80/80           set bit 7 of byte 0 in frame 123
+canwire bridge can0 can0 --to-hub /run/other.sock       can0 of this hub and can0 of another hub
+canwire bridge can0 vcan0                               an interface of the kernel, which must exist and be up
 
-A name that is both is the hub's: `kernel:can0` is the kernel's. While it runs, stderr has a line for frames that a
-limit or a full queue holds back. Ctrl-C ends it; lines on stderr then tell what became of the frames of each direction.
-Gateways that would pass frames round and round are refused.
+A name of a bus and of an interface means the bus: write `kernel:can0` for the interface. While the bridge runs, stderr
+reports frames discarded by a limit or a full queue. Ctrl-C ends the bridge; stderr then gives the counts of each
+direction. Gateways that would pass frames in a circle are refused.
 """
 
 from __future__ import annotations
@@ -33,14 +33,16 @@ _LOOK_S = 1.0  # between two looks at what limits hold back
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_line_arguments(parser)
-    parser.add_argument("other", metavar="OTHER", help="another line or bus, or an interface of the kernel")
-    parser.add_argument("--to-hub", metavar="ADDRESS", help="OTHER is a line of this hub")
+    parser.add_argument(
+        "other", metavar="OTHER", help="a second line or bus, or a CAN interface of the kernel"
+    )
+    parser.add_argument("--to-hub", metavar="ADDRESS", help="the hub of OTHER, if it is another one")
     add_reconnect_argument(parser)
     add_rule_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Pass frames on until Ctrl-C; HubError without a hub or an interface, OSError once that goes down."""
+    """Pass frames on until Ctrl-C. Raises HubError without a hub or interface, OSError when an interface goes down."""
     return going_on(arguments, _pass_on)
 
 
@@ -76,7 +78,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
 
 
 def _start(hub: Hub, place: LinePlace, arguments: argparse.Namespace) -> None:
-    """At the rates asked for, where some are; else the gateway takes those of the bus."""
+    """Start the line at the rates of the command line; without any, the gateway uses those of the bus."""
     if arguments.bit_rate is not None or arguments.data_bit_rate is not None:
         bring_up(hub, place, wanted_by(arguments))
 

@@ -1,4 +1,4 @@
-"""A database's messages, each in its cycle time, with values that their signals may have."""
+"""Messages of a database at their cycle times, with random values in the ranges of their signals."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _MOST = {False: 8, True: 64}  # bytes of a classic frame, of an FD frame
 
 
 class CyclicMessages:
-    """Of a DBC, KCD, SYM or ARXML file: those with a cycle time, or these `names`.
+    """The messages of a DBC, KCD, SYM or ARXML file: all with a cycle time, or those with these `names`.
 
-    Those without take `usual_s`, if that is given; those that need several frames are left out. Raises BadDescription,
-    ExtraMissing, BadValue for names that are not there and where no message has a cycle time.
+    Messages without a cycle time use `usual_s`, if it is given; messages that need several frames are left out. Raises
+    BadDescription, ExtraMissing, BadValue for unknown names and if no message has a cycle time.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class CyclicMessages:
         return len(self._cycles)
 
     def plan(self) -> Iterator[tuple[float, Frame]]:
-        """Without end: how long after the one before, in seconds, and the frame."""
+        """Yields, without end, the seconds since the previous frame, and the frame."""
         waiting = [(0.0, number, message, cycle_s) for number, (message, cycle_s) in enumerate(self._cycles)]
         heapq.heapify(waiting)
         now_s = 0.0
@@ -60,7 +60,7 @@ class CyclicMessages:
 
 
 def values_of(message: MessageDescription, chance: random.Random) -> dict[str, float]:
-    """Physical values; of a multiplexer one of those it has, and then the signals that belong to it."""
+    """Physical values; a multiplexer gets one of its known values, and only the signals on that page are included."""
     ids: dict[str, set[int]] = {}
     for signal in message.signals.values():
         if signal.multiplexer:

@@ -21,9 +21,9 @@ def every(seconds: float) -> Gap:
 
 
 def by_load(percent: float, mode: LineMode) -> Gap:
-    """So that frames take this share of the bus, whatever their lengths and stuff bits are.
+    """Gaps that let the frames use this share of the bus, for any lengths and stuff bits.
 
-    Raises BadValue for a share that is none, or a line that has no bit rate.
+    Raises BadValue for a share out of range, or a line without a bit rate.
     """
     if not 0 < percent <= 100:
         raise BadValue(f"--load {percent:g}: more than 0, and 100 percent at most")

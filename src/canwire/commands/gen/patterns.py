@@ -1,13 +1,13 @@
-"""Frames by pattern: what stands in --id, --length and --data, and the frames that come of it.
+"""Frames by pattern: the syntax of --id, --length and --data, and the frames made from them.
 
---id      123             always this one; eight digits: extended
+--id      123             always this identifier; eight digits: extended
           123,124,7FF     in turn
-          100-1FF         one after the other, and again from the first
-          random          any; random:100-1FF any of these
---length  8  0-8  random  likewise, in bytes; of CAN FD frames those lengths that exist
+          100-1FF         one after the other, then from the first again
+          random          random identifiers; random:100-1FF random in this range
+--length  8  0-8  random  the same in bytes; CAN FD frames use the lengths that exist
 --data    1122AABB        always these bytes; x is a random digit: 11xx22
-          random          any
-          increment       a counter, the lowest byte first; it counts frames
+          random          random bytes
+          increment       a counter of the frames, the lowest byte first
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _CLASSIC, _FD = tuple(range(9)), tuple(dlc_to_length(code, fd=True) for code in 
 
 
 class Kind(NamedTuple):
-    """What frames are besides identifier and data; `dlc` is the raw code 9..15 of a classic frame of 8 bytes."""
+    """The format of the frames; `dlc` is the raw code 9..15 of a classic frame of 8 bytes."""
 
     extended: bool = False
     remote: bool = False
@@ -52,7 +52,7 @@ class Kind(NamedTuple):
 
 
 def frames(id: str, length: str, data: str, kind: Kind, chance: random.Random) -> Iterator[Frame]:
-    """Without end; the same for the same `chance`. Raises BadValue for what is no pattern, before the first frame."""
+    """Yields frames without end, the same for the same `chance`. Raises BadValue for an invalid pattern."""
     _check_kind(kind)
     identifiers = _identifiers(id, kind.extended, chance)
     fixed = None if data in (_RANDOM, "increment") else data.replace(".", "").replace(" ", "")

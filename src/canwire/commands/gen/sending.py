@@ -1,4 +1,4 @@
-"""Frames onto a line in their time, and honest numbers of what became of them."""
+"""Sends frames on a line at given times, and counts the outcomes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _LATE_S = 0.1  # so far behind the plan it is given up: nothing is made up for i
 
 
 class Counts(NamedTuple):
-    """`generated` = `sent` + `refused` + `not_acknowledged`; the last were given up, by us or at bus-off.
+    """`generated` = `sent` + `refused` + `not_acknowledged`; the last were aborted, by the generator or at bus-off.
 
-    `late_s` is how much of the plan was left out because the bus, or this machine, could not keep up with it.
+    `late_s` is the time by which the plan was delayed because the bus or this machine could not keep up.
     """
 
     generated: int
@@ -38,9 +38,9 @@ class Counts(NamedTuple):
 
 
 class Generator:
-    """Sends frames of a plan: pairs of how long to wait after the frame before, in seconds, and the frame.
+    """Sends the frames of a plan: pairs of the seconds since the previous frame, and the frame.
 
-    `seconds` ends it in time (None: when the plan is over); `timeout_s` is how long the line may get no further.
+    `seconds` limits the time (None: until the end of the plan); `timeout_s` limits the time without progress.
     """
 
     def __init__(self, hub: Hub, place: LinePlace, channel: HubChannel, timeout_s: float) -> None:
@@ -55,9 +55,9 @@ class Generator:
     def run(
         self, plan: Iterable[tuple[float, Frame]], seconds: float | None, *, endless: bool = False
     ) -> int:
-        """Until the plan or the time is over; 1 if frames were not delivered, which it says and why.
+        """Send until the plan or the time is over; 1 if frames were not delivered, with the reason on stderr.
 
-        Where the bus takes nothing, an `endless` plan waits, any other gives up after `timeout_s`.
+        If the line makes no progress, an `endless` plan waits; any other plan is aborted after `timeout_s`.
         """
         due_s = self._began_s = self._now_s()
         end_s = None if seconds is None else self._began_s + seconds
@@ -78,7 +78,7 @@ class Generator:
         return status
 
     def counts(self) -> Counts:
-        """What became of them; what still waits is given up now, so that nothing goes out later. Raises HubError."""
+        """The counts; frames that still wait are aborted first, so that none is sent later. Raises HubError."""
         ended_s = self._now_s() if self._ended_s is None else self._ended_s
         status = self._sending.give_up()
         missing = self._generated - status.delivered - status.refused
@@ -87,7 +87,7 @@ class Generator:
         )
 
     def summary(self) -> str:
-        """The numbers in a line; how many were generated, where the hub cannot be asked any more."""
+        """The counts on a line; only the generated frames if the hub is gone."""
         try:
             return str(self.counts())
         except HubError as error:

@@ -1,16 +1,16 @@
-"""`canwire gen`: traffic onto a line, by pattern or by a database.
+"""`canwire gen`: send generated frames on a line, by pattern or from a database.
 
-canwire gen can0                                    random frames, five a second, until Ctrl-C, listened to or not
+canwire gen can0                                    five random frames a second until Ctrl-C, with or without a receiver
 canwire gen can0 --id 100-1FF --rate 1000 -n 5000   these identifiers one after the other, 1000 frames/s
 canwire gen can0 --load 40 --seconds 10             40 percent of the bus, for ten seconds
-canwire gen can0 --id 123 --data 11xx --gap 0       as fast as the bus takes them; x is a random digit
+canwire gen can0 --id 123 --data 11xx --gap 0       as fast as the bus can carry; x is a random digit
 canwire gen can0 --fd --brs --length random         CAN FD frames of every length
-canwire gen can0 --db car.dbc                       a database's messages, each in its cycle time
+canwire gen can0 --db car.dbc                       the messages of a database at their cycle times
 canwire gen can0 --seed 7 -n 100                    the same frames every time
 
-IDs: 123, 123,124 in turn, 100-1FF one after the other, random, random:100-1FF; eight digits: extended. Data: bytes in
-hex, random, or increment: a counter. At the end, after Ctrl-C too, stderr says how many frames were sent, refused by
-the line, or not acknowledged by anybody. Exit status 1 if frames were not delivered.
+IDS: 123; 123,124 in turn; 100-1FF one after the other; random; random:100-1FF; eight digits: extended. DATA: bytes in
+hex, random, or increment (a counter). At the end, also after Ctrl-C, stderr gives the numbers of frames sent, refused
+by the line, and not acknowledged by any node. The exit status is 1 if frames were not delivered.
 """
 
 from __future__ import annotations
@@ -45,47 +45,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_line_arguments(parser)
     _add_frames(parser.add_argument_group("frames"))
     _add_times(parser.add_argument_group("times"))
-    add_database_argument(parser, "messages by cycle time")
+    add_database_argument(parser, "send its messages at their cycle times")
     parser.add_argument(
         "--message",
         action="append",
         default=[],
         metavar="NAME",
-        help="with --db: this one; may be given again",
+        help="with --db: only this message; may be given several times",
     )
     parser.add_argument("--json", action="store_true", help="print the numbers as a JSON object on stdout")
 
 
 def _add_frames(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--id", default="random", metavar="IDS", help="default: random")
-    group.add_argument("--data", default="random", metavar="DATA", help="default: random")
-    group.add_argument("--length", default="8", metavar="BYTES", help="8, 0-8 in turn, random (default: 8)")
+    group.add_argument(
+        "--id", default="random", metavar="IDS", help="identifiers of the frames (default: random)"
+    )
+    group.add_argument(
+        "--data", default="random", metavar="DATA", help="data of the frames (default: random)"
+    )
+    group.add_argument(
+        "--length", default="8", metavar="BYTES", help="bytes of data: 8, 0-8 in turn, or random (default: 8)"
+    )
     group.add_argument("--dlc", type=int, metavar="CODE", help="9..15: the raw length code of classic frames")
     for name, what in (
-        ("extended", "29-bit identifiers"),
-        ("remote", "remote frames"),
-        ("fd", "CAN FD frames"),
+        ("extended", "send 29-bit identifiers"),
+        ("remote", "send remote frames"),
+        ("fd", "send CAN FD frames"),
         ("brs", "with the bit-rate switch; implies --fd"),
         ("esi", "with the error state indicator; implies --fd"),
     ):
         group.add_argument(f"--{name}", action="store_true", help=what)
     group.add_argument(
-        "--seed", type=int, metavar="NUMBER", help="of what is random (default: another each time)"
+        "--seed", type=int, metavar="NUMBER", help="seed of the random values (default: another each time)"
     )
 
 
 def _add_times(group: argparse._ArgumentGroup) -> None:
     pace = group.add_mutually_exclusive_group()
-    pace.add_argument("--gap", type=float, metavar="SECONDS", help=f"from one frame to the next ({_GAP_S})")
-    pace.add_argument("--rate", type=float, metavar="FRAMES/S", help="frames a second")
-    pace.add_argument("--load", type=float, metavar="PERCENT", help="share of the bus")
+    pace.add_argument(
+        "--gap", type=float, metavar="SECONDS", help=f"time from one frame to the next ({_GAP_S})"
+    )
+    pace.add_argument("--rate", type=float, metavar="FRAMES/S", help="frames in each second")
+    pace.add_argument("--load", type=float, metavar="PERCENT", help="share of the bus time")
     group.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many frames")
-    group.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
+    group.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this time")
     add_timeout_argument(group, "with -n, ")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send until COUNT, the time, or Ctrl-C; 1 if frames were not delivered. BadValue, HubError for what cannot be."""
+    """Send until COUNT, the time, or Ctrl-C; 1 if frames were not delivered. Raises BadValue, HubError."""
     _check(arguments)
     seed = random.randrange(_SEEDS) if arguments.seed is None else arguments.seed
     chance = random.Random(seed)

@@ -1,4 +1,4 @@
-"""What of a log is meant: --filter and --map, as every verb has them that reads logs."""
+"""--filter and --map of the verbs that read logs: which entries, and the names of channels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add_filter_argument(parser: argparse._ActionsContainer) -> None:
         action="append",
         default=[],
         metavar="ID:MASK",
-        help="these frames only: ID, FIRST-LAST, ID:MASK, ~ID all others; again, or with commas: any of them",
+        help="only these frames: ID, FIRST-LAST, ID:MASK, ~ID for all others; of several, one must match",
     )
 
 
@@ -35,7 +35,7 @@ def parsed_map(texts: Sequence[str]) -> dict[str, str]:
 
 
 def parsed_maps(texts: Sequence[str], logs: int) -> list[dict[str, str]]:
-    """The pairs for each of so many logs: `can0=can1` is meant for all, `2:can0=can1` for the second; BadValue."""
+    """The pairs for each of `logs` logs: `can0=can1` is for all, `2:can0=can1` for the second. Raises BadValue."""
     found: list[dict[str, str]] = [{} for _ in range(logs)]
     for part in (part for text in texts for part in text.split(",")):
         number, colon, pair = part.partition(":") if logs > 1 else ("", "", part)
@@ -53,7 +53,7 @@ def parsed_maps(texts: Sequence[str], logs: int) -> list[dict[str, str]]:
 
 
 def chosen_by(texts: Sequence[str]) -> Callable[[LogBatch], LogBatch] | None:
-    """What leaves only the frames of --filter in a batch, and all that is no frame; None without filters."""
+    """A function that keeps the frames of --filter in a batch, and all other entries; None without filters."""
     capture = parse_capture(texts, (), False)
     if not capture.filters:
         return None

@@ -1,7 +1,7 @@
 """Conditions of `canwire record --start-on` and `--stop-on`.
 
-123, 100-1FF, 123:7FF, ~123    a frame of this identifier, as `canwire dump --filter` has it
-123#11..F0                     one whose data begin so; a point stands for any half of a byte
+123, 100-1FF, 123:7FF, ~123    a frame with this identifier, as in `canwire dump --filter`
+123#11..F0                     a frame whose data begin with these digits; a dot matches any hex digit
 error, state, bus-off          an error frame, any change of the line's state, bus-off
 EngineSpeed>3000               a signal's value, with --db; also <, <=, >=, =, !=, and Message.Signal; texts: Gear=R
 """

@@ -1,19 +1,19 @@
-"""`canwire convert`: a log in another format, and what that cannot hold.
+"""`canwire convert`: write a log in another format, and report what that format cannot hold.
 
-canwire convert drive.log drive.blf                    the suffixes tell the formats
+canwire convert drive.log drive.blf                    the suffix of a file is its format
 canwire convert drive.log day/                         a trace: a folder of Parquet files, for `canwire query`
-canwire convert drive.blf - --to candump               onto standard output
+canwire convert drive.blf - --to candump               to standard output
 canwire convert drive.log part.csv --filter 21A:7FF    these frames only
-canwire convert drive.log two.asc --map vcan0=can1     a channel gets another name
-canwire convert drive.log drive.blf both.mf4 --merge   several logs as one, in the order of their times
-canwire convert drive.log drive.blf two.mf4 --merge --map 2:can0=can2    of the second one only
+canwire convert drive.log two.asc --map vcan0=can1     rename a channel
+canwire convert drive.log drive.blf both.mf4 --merge   merge logs, in order of time
+canwire convert drive.log drive.blf two.mf4 --merge --map 2:can0=can2    rename a channel of the second log only
 
-The format of what is read is told by its first bytes. What cannot be read is left out and said, with its place; then
-the exit status is 1. What the new format cannot hold is named, as in `trc: 3 LIN frames left out`; with --strict
-that is status 1 as well.
+The format of IN is detected from its first bytes. Faults in IN are left out and reported with their places; the exit
+status is then 1. Entries that the new format cannot hold are reported, as in `trc: 3 LIN frames left out`; with
+--strict the exit status is then 1, too.
 
-With --merge a channel that has the same name in several logs is one channel; --map tells them apart. Logs are put on
-one clock by their dates; where none has one, all begin at 0.
+With --merge, channels with the same name in several logs become one channel; --map keeps them apart. The dates of the
+logs put them on one clock; if no log has a date, all begin at 0.
 
 Formats: {formats}.
 """
@@ -47,21 +47,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("out", metavar="OUT", help="the new file; - is standard output")
     parser.add_argument(
-        "--from", dest="form", metavar="FORMAT", help="what IN is, if its first bytes do not tell"
+        "--from", dest="form", metavar="FORMAT", help="format of IN (default: by its first bytes)"
     )
-    parser.add_argument("--to", metavar="FORMAT", help="what OUT becomes, if its suffix does not tell")
+    parser.add_argument("--to", metavar="FORMAT", help="format of OUT (default: by its suffix)")
     add_filter_argument(parser)
-    add_map_argument(parser, "what a channel is called in OUT; again, or with commas: several")
+    add_map_argument(parser, "rename a channel in OUT; may be given several times, or with commas")
     parser.add_argument("--merge", action="store_true", help="write several logs into one")
-    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
+    parser.add_argument("--quiet", action="store_true", help="do not show the progress")
     parser.add_argument("--strict", action="store_true", help="exit status 1 if anything was left out")
-    parser.add_argument(
-        "--json", action="store_true", help="print what was done as JSON, on stderr where OUT is -"
-    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON, on stderr if OUT is -")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Convert; 1 for faults in the log. BadLog for a file that is none, BadValue, OSError."""
+    """Convert; 1 if the log has faults. Raises BadLog for a file that is no log, BadValue, OSError."""
     if len(arguments.logs) > 1 and not arguments.merge:
         raise BadValue(f"{len(arguments.logs)} logs into {arguments.out}: --merge writes them into one")
     chosen, names = chosen_by(arguments.filter), parsed_maps(arguments.map, len(arguments.logs))

@@ -1,4 +1,4 @@
-"""What was wrong in a log that is read, said on stderr."""
+"""Reports the faults of a log on stderr."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _WIDEST = 200
 
 
 def tell_faults(log: Log | Trace) -> None:
-    """The first faults one by one, and how many more there are."""
+    """Report the first faults one by one, then the number of further ones."""
     for fault in log.faults[:_SHOWN]:
         complain(f"{log.path}: {clipped(str(fault))}")
     if log.fault_count > _SHOWN:
@@ -18,6 +18,6 @@ def tell_faults(log: Log | Trace) -> None:
 
 
 def clipped(what: str) -> str:
-    """Fit for a terminal, whatever the file holds."""
+    """The text without control characters, fit for a terminal."""
     shown = "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in what)
     return shown if len(shown) <= _WIDEST else f"{shown[:_WIDEST]}..."

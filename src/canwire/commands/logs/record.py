@@ -1,22 +1,23 @@
-"""`canwire record`: what happens on lines of the hub, in log files, until Ctrl-C.
+"""`canwire record`: record lines of the hub in log files, until Ctrl-C.
 
-canwire record can0 drive.blf                          the suffix tells the format
+canwire record can0 drive.blf                          the suffix of the file is its format
 canwire record can0 drive.log --rotate-size 100M       drive-0001.log, drive-0002.log, ...: 100 MB each
 canwire record can0 drive.mf4 --rotate-time 1h         a new file every hour
-canwire record can0 drive.pcapng --for 60              a minute
+canwire record can0 drive.pcapng --for 60              for a minute
 canwire record can0 day/                               a trace: a folder of Parquet files, for `canwire query`
-canwire record can0 - --format candump                 onto standard output
-canwire record lin0 drive.blf                          a LIN line, too; trc holds no LIN
-canwire record can0 can1 lin0 drive.mf4                several lines, in the order of their times
+canwire record can0 - --format candump                 to standard output
+canwire record lin0 drive.blf                          a LIN line; trc cannot hold LIN
+canwire record can0 can1 lin0 drive.mf4                several lines, in the order of their time stamps
 canwire record any drive.blf                           a line of every bus
 
-Conditions are an identifier as `canwire dump --filter` has it, data behind it (points stand for any half of a byte),
-error, state, bus-off, or a signal's value; given again, any of them counts. Gaps between parts are marks in the log.
+A CONDITION is an identifier as in `canwire dump --filter`, an identifier with data (123#11..F0; a dot matches any
+hex digit), error, state, bus-off, or a comparison of a signal (EngineSpeed>3000). Of several conditions, one must hold.
+The log marks the gaps between its parts.
 
-Frames, error frames, changes of state, bit rates and the number of lost frames are recorded, as far as the format holds
-them. Whatever happens to this process, all that is older than a second can be read: formats that are readable only at
-their end (parquet, mf4) have a journal beside them until then, NAME.journal, which `canwire convert` reads. A trace's
-folder must be new or empty, and its growing file is a journal, too.
+The log contains frames, error frames, changes of state, bit rates and numbers of lost frames, if its format can hold
+them. All entries older than a second can be read even if this process is killed: formats that cannot be read before
+their end (parquet, mf4) are accompanied by a journal until then, NAME.journal, which `canwire convert` reads. A trace
+needs a new or empty folder; its growing file is a journal, too.
 """
 
 from __future__ import annotations
@@ -53,35 +54,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_rate_arguments(parser)
     parser.add_argument("file", metavar="FILE", help="the log; - is standard output")
-    parser.add_argument("--format", metavar="FORMAT", help="what FILE becomes, if its suffix does not tell")
+    parser.add_argument("--format", metavar="FORMAT", help="format of FILE (default: by its suffix)")
     parser.add_argument(
-        "--rotate-size", metavar="BYTES", help="a new file when one has so many: 500k, 100M, 2G"
+        "--rotate-size", metavar="BYTES", help="begin a new file after this size: 500k, 100M, 2G"
     )
     parser.add_argument(
-        "--rotate-time", metavar="TIME", help="a new file when one is so old: 90s, 10m, 1h, 1d"
+        "--rotate-time", metavar="TIME", help="begin a new file after this time: 90s, 10m, 1h, 1d"
     )
     _add_triggers(parser)
     parser.add_argument("--for", dest="span", metavar="TIME", help="end after this time: 90s, 10m, 1h")
     add_reconnect_argument(parser, usual=True)
     parser.add_argument(
-        "--channel", metavar="NAME", help="what the channel of one line is called in the log (the bus's name)"
+        "--channel",
+        metavar="NAME",
+        help="name of the channel in the log, for one line (default: the name of its bus)",
     )
 
 
 def _add_triggers(parser: argparse.ArgumentParser) -> None:
-    for option, help in (("start", "keep what comes from such an entry on"), ("stop", "until such an entry")):
+    for option, help in (
+        ("start", "start recording at such an entry"),
+        ("stop", "stop recording after such an entry"),
+    ):
         parser.add_argument(f"--{option}-on", action="append", default=[], metavar="CONDITION", help=help)
-    parser.add_argument("--before", metavar="TIME", help="and this long before a start: 10s, 2m")
-    parser.add_argument("--after", metavar="TIME", help="and this long after a stop")
+    parser.add_argument("--before", metavar="TIME", help="also keep this time before a start: 10s, 2m")
+    parser.add_argument("--after", metavar="TIME", help="also keep this time after a stop")
     parser.add_argument("--once", action="store_true", help="end after the first stop")
-    add_database_argument(parser, "signals in conditions")
+    add_database_argument(parser, "signals for conditions")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Record until the time is over, or a signal; raises BadValue, NoSuchBoard, HubError, OSError for a full disk."""
     triggers = _triggers(arguments)
-    anew = arguments.span is not None or arguments.once or arguments.file == "-"
-    not_if(arguments, anew, "--for, --once and standard output")
+    restarts = arguments.span is not None or arguments.once or arguments.file == "-"
+    not_if(arguments, restarts, "--for, --once and standard output")
     rotation = _rotation(arguments)
     seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
     stop = threading.Event()
@@ -128,7 +134,7 @@ def _record(
 
 
 def _another(file: str) -> str:
-    """Of a hub that is back: drive-again-2.blf, or the next number that is free.
+    """The file after a reconnection: drive-again-2.blf, or the next free number.
 
     >>> _another("/no/such/drive.blf.gz")
     '/no/such/drive-again-2.blf.gz'
@@ -176,7 +182,7 @@ def _triggers(arguments: argparse.Namespace) -> RecordTriggers | None:
 
 
 def _refuse_private(arguments: argparse.Namespace) -> None:
-    """A hub of this process alone would record nobody."""
+    """Raise HubError for a hub of this process alone, where nothing could be recorded."""
     with canwire.connect(arguments.hub, name="canwire record") as hub:
         if not hub.address:
             raise HubError("no hub is running that `record` could share; `canwire serve` starts one")

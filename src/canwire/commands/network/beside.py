@@ -1,4 +1,4 @@
-"""`canwire offer` as a process beside a hub: what it does for others takes no time from the buses."""
+"""`canwire offer` in a separate process, so that network clients take no time from the buses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from canwire.commands.network.options import words_of
 
 @contextlib.contextmanager
 def offering(arguments: argparse.Namespace, hub: str) -> Iterator[str]:
-    """Its first line, once others can connect; raises HubError, after what it said on stderr, if that fails."""
+    """Yields its first line, once clients can connect. Raises HubError if it fails; the reason is on stderr."""
     command = [sys.executable, "-m", "canwire", "offer", "--beside", "--hub", hub, *words_of(arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -36,7 +36,7 @@ def offering(arguments: argparse.Namespace, hub: str) -> Iterator[str]:
 
 
 def _watch(process: subprocess.Popen[str], ending: threading.Event) -> None:
-    """Say so if it ends by itself."""
+    """Report the end of the process if it ends by itself."""
     status = process.wait()
     if not ending.is_set():
         complain(f"this hub is not offered to other machines any more: that process ended with {status}")

@@ -1,11 +1,11 @@
-"""`canwire offer`: offer the hub that runs to other machines, as zenoh://REALM/NAME.
+"""`canwire offer`: offer the running hub to other machines, as zenoh://REALM/NAME.
 
-canwire offer                                                 on this machine's loopback alone
+canwire offer                                                 on the loopback address of this machine only
 canwire offer --listen tcp/192.168.1.5:7449 --access lab.toml  to the users in that file
-canwire offer --listen tcp/0.0.0.0:7449 --insecure            to everybody who reaches this machine
+canwire offer --listen tcp/0.0.0.0:7449 --insecure            to all who can reach this machine
 
-One line says the address; `canwire dump can0 --hub zenoh://canwire/NAME` uses it, as does CANWIRE_HUB. It ends by
-SIGTERM, SIGHUP, Ctrl-C, or with the hub. `canwire serve --network` does both. Needs canwire[network].
+It prints a line with the address, for `canwire dump can0 --hub zenoh://canwire/NAME` or for CANWIRE_HUB. It ends with
+the hub, or at SIGTERM, SIGHUP or Ctrl-C. `canwire serve --network` starts a hub and offers it. Needs canwire[network].
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Offer it until SIGTERM, SIGHUP or SIGINT."""
+    """Offer the hub until SIGTERM, SIGHUP or SIGINT."""
     stop = canwire.Event(manual_reset=True)
     said: list[str] = []
 

@@ -1,4 +1,4 @@
-"""Hubs that are offered on the network, for people and for programs."""
+"""Lists the hubs that are offered on the network, as text or JSON."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.commands.console import complain
 
 
 def print_offers(endpoint: str, *, as_json: bool) -> int:
-    """Those at an endpoint; 1 where none is offered."""
+    """Print the hubs offered at an endpoint; 1 if there is none."""
     offers = canwire.offered_hubs(endpoint)
     if as_json:
         print(json.dumps([offer._asdict() for offer in offers], indent=2))

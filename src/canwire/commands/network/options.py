@@ -9,38 +9,38 @@ _MANY = ("listen", "via")
 
 
 def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
-    """Where, as what, and to whom."""
-    parser.add_argument(
-        "--realm", metavar="NAME", help="what the hub's address begins with (default: canwire)"
-    )
+    """The endpoints, the names and the access of an offered hub."""
+    parser.add_argument("--realm", metavar="NAME", help="first part of the hub's address (default: canwire)")
     parser.add_argument("--name", metavar="NAME", help="the hub's name (default: this machine's)")
     parser.add_argument(
         "--listen",
         action="append",
         metavar="ENDPOINT",
-        help="tcp/ADDRESS:PORT or tls/ADDRESS:PORT (default: tcp/127.0.0.1:7449)",
+        help="listen at tcp/ADDRESS:PORT or tls/ADDRESS:PORT (default: tcp/127.0.0.1:7449)",
     )
     parser.add_argument("--via", action="append", metavar="ENDPOINT", help="connect to this Zenoh router")
-    parser.add_argument("--access", metavar="FILE", help="users, what each may do, and certificates (TOML)")
+    parser.add_argument(
+        "--access", metavar="FILE", help="file of users, their rights, and certificates (TOML)"
+    )
     parser.add_argument(
         "--age",
         type=_seconds,
         metavar="SECONDS",
-        help="obey no command that was on its way for longer (default: 2; 0: no limit)",
+        help="refuse commands that were sent longer ago (default: 2; 0: no limit)",
     )
     parser.add_argument(
         "--silence",
         type=_span,
         metavar="SECONDS",
-        help="where programs keep one time: let one go that was not heard of for so long (default: 30)",
+        help="in lockstep mode: drop a program after this time without a message from it (default: 30)",
     )
     parser.add_argument(
-        "--insecure", action="store_true", help="let anybody in who reaches an endpoint, and do anything"
+        "--insecure", action="store_true", help="give full access to all who can reach an endpoint"
     )
 
 
 def _seconds(text: str) -> str:
-    """As it was typed, since another process may get it; argparse names the option where it is no number."""
+    """The text as typed, for another process; argparse names the option if it is no number."""
     if not 0 <= float(text) <= 3600:
         raise argparse.ArgumentTypeError(f"{text}: 0 to 3600 seconds")
     return text
@@ -65,5 +65,5 @@ def words_of(arguments: argparse.Namespace) -> list[str]:
 
 
 def given(arguments: argparse.Namespace) -> bool:
-    """Any of them was."""
+    """Whether any of these options was given."""
     return bool(words_of(arguments))

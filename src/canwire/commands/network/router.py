@@ -1,11 +1,11 @@
-"""`canwire router`: a router that hubs and programs connect to, where they cannot reach each other.
+"""`canwire router`: route between hubs and programs that cannot reach each other.
 
-canwire router --listen tcp/10.0.0.7:7447 --access lab.toml    the users in that file, and hubs by its [router]
+canwire router --listen tcp/10.0.0.7:7447 --access lab.toml    users and hubs ([router]) of that file
 canwire offer --via tcp/10.0.0.7:7447 --access lab.toml        on the bench
 canwire dump can0 --hub zenoh://canwire/bench1?via=tcp/10.0.0.7:7447
 
-It asks everybody who they are, and nobody can use another one's name. One line says that it listens; it ends by
-SIGTERM, SIGHUP or Ctrl-C. Needs canwire[network].
+Every hub and program must authenticate, and cannot use the name of another. The router prints a line when it listens;
+it ends at SIGTERM, SIGHUP or Ctrl-C. Needs canwire[network].
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="ENDPOINT",
-        help="tcp/ADDRESS:PORT or tls/ADDRESS:PORT; several times for several",
+        help="listen at tcp/ADDRESS:PORT or tls/ADDRESS:PORT; may be given several times",
     )
     parser.add_argument(
-        "--access", required=True, metavar="FILE", help="the file of users that the hubs have (TOML)"
+        "--access", required=True, metavar="FILE", help="file of users, the same as for the hubs (TOML)"
     )
 
 

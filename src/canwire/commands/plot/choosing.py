@@ -1,4 +1,4 @@
-"""Which signals of the databases are meant."""
+"""Chooses signals of databases by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Label(NamedTuple):
-    """A signal as people see it."""
+    """A signal with its message, unit and value texts."""
 
     message: str
     signal: str
@@ -26,14 +26,14 @@ class Label(NamedTuple):
 
 
 class Chosen(NamedTuple):
-    """Signals of databases, in the order of the words."""
+    """The chosen signals, in the order of the command line."""
 
     databases: Databases
     labels: tuple[Label, ...]
 
     @property
     def messages(self) -> dict[str, list[Label]]:
-        """By message."""
+        """The chosen signals of each message."""
         found: dict[str, list[Label]] = {}
         for label in self.labels:
             found.setdefault(label.message, []).append(label)
@@ -41,10 +41,10 @@ class Chosen(NamedTuple):
 
 
 def choose_signals(databases: Databases, words: Sequence[str]) -> Chosen:
-    """Of `Message.Signal`, `Signal`, `Message`; raises BadValue with near names, or with all that could be meant."""
+    """Choose by `Message.Signal`, `Signal` or `Message`. Raises BadValue with similar names, or with all matches."""
     messages: dict[str, MessageDescription] = {}
     for database in databases.all:
-        messages = {**database.messages, **messages}  # of two with one name the first tells the unit
+        messages = {**database.messages, **messages}  # of two with one name the first defines the unit
     paths = ", ".join(database.path for database in databases.all)
     found = [label for word in words for label in _meant(messages, word, paths)]
     return Chosen(databases, tuple(dict.fromkeys(found)))

@@ -1,4 +1,4 @@
-"""Frames of the chosen messages as samples."""
+"""Decodes frames of the chosen messages to samples."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Decoding:
         self._tracks = tracks
 
     def add(self, channel: str, records: Any, zero_ns: int) -> None:
-        """Records of `record_dtype()`: frames of CAN."""
+        """Add CAN frames: records of `record_dtype()`."""
         databases = self._databases.of(channel)
         for database in databases[:-1]:
             known, records = _split(records, database.id_masks(*database.messages))
@@ -45,7 +45,7 @@ class Decoding:
                     self._tracks.add(label, channel, times_s[here], columns.signals[label.signal][here])
 
     def add_lin(self, channel: str, frame: LinFrame, zero_ns: int) -> None:
-        """One frame of LIN."""
+        """Add one LIN frame."""
         import numpy
 
         message = self._databases.decode(frame, channel)

@@ -1,4 +1,4 @@
-"""Signals of a line of the hub, from now on."""
+"""Collects signals of a line of the hub, from now on."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BATCH = 4096
 
 
 def listen_for_tracks(arguments: argparse.Namespace, chosen: Chosen, tracks: Tracks) -> None:
-    """For --seconds; raises NoSuchBoard, HubError."""
+    """Collect samples for --seconds; raises NoSuchBoard, HubError."""
     import numpy
 
     seconds = _USUAL_S if arguments.seconds is None else arguments.seconds

@@ -1,4 +1,4 @@
-"""Signals of a log."""
+"""Collects signals of a log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def read_tracks(arguments: argparse.Namespace, chosen: Chosen, tracks: Tracks) -> int:
-    """The log batch by batch; how many faults it has. Raises BadLog, BadValue for a channel that is not there."""
+    """Read the log in batches; returns the number of its faults. Raises BadLog, BadValue."""
     decoding = Decoding(chosen, tracks)
     zero_ns: int | None = None
     with open_log(arguments.source, format=arguments.form) as log:

@@ -1,4 +1,4 @@
-"""Tracks as a page of HTML that holds all it needs: the samples, and a script that draws them as SVG."""
+"""Writes tracks as one self-contained HTML page: the samples, and a script that draws them as SVG."""
 
 from __future__ import annotations
 

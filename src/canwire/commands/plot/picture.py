@@ -1,4 +1,4 @@
-"""Tracks as a PNG or SVG file, by matplotlib."""
+"""Writes tracks as a PNG or SVG file, with matplotlib."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _STYLE: Any = {"svg.fonttype": "none", "svg.hashsalt": "canwire", "axes.grid": T
 
 
 def write_picture(path: str, tracks: Tracks, title: str) -> None:
-    """A panel for each unit, all with one axis of time. Raises OSError."""
+    """Draw a panel for each unit, all with the same time axis. Raises OSError."""
     panels = tracks.panels(_MOST)
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(_WIDTH, _PANEL * len(panels) + _REST), layout="constrained")

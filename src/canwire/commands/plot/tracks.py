@@ -1,4 +1,4 @@
-"""Samples of signals by time, in memory that has an end: what is too many is thinned to its extremes."""
+"""Samples of signals by time, in limited memory: too many samples are reduced to their extremes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Track(NamedTuple):
 
 
 class Tracks:
-    """What is collected of these signals. `samples` counts all, `no_numbers` infinite ones and those that are none."""
+    """The samples of these signals. `samples` counts the finite ones, `no_numbers` the others (infinite or NaN)."""
 
     def __init__(self, labels: Sequence[Label]) -> None:
         self.samples = 0
@@ -30,7 +30,7 @@ class Tracks:
         self._parts: dict[tuple[str, Label], list[tuple[Any, Any]]] = {}
 
     def add(self, label: Label, channel: str, times_s: Any, values: Any) -> None:
-        """Samples in the order of the log, as numpy arrays."""
+        """Add samples in the order of the log, as numpy arrays."""
         import numpy
 
         values = values.astype(numpy.float64)
@@ -48,13 +48,13 @@ class Tracks:
 
     @property
     def empty(self) -> list[Label]:
-        """Signals of which nothing came."""
+        """Signals without a sample."""
         met = {label for _, label in self._parts}
         return [label for label in self._labels if label not in met]
 
     @property
     def filled(self) -> list[Track]:
-        """In the order of the signals, and of channels where there are several, which are named then."""
+        """Tracks with samples, by signal, then by channel; names contain the channel if several have samples."""
         several = len({channel for channel, _ in self._parts}) > 1
         return [
             Track(label, f"{channel} {label}" if several else str(label), *joined(parts))
@@ -64,7 +64,7 @@ class Tracks:
         ]
 
     def panels(self, most: int) -> list[list[Track]]:
-        """Those of one unit together, those with texts each alone, none with more samples than `most` or twice that."""
+        """Tracks by unit; each with value texts alone. A track has at most about twice `most` samples."""
         found: dict[object, list[Track]] = {}
         for track in self.filled:
             together = max(1, len(track.values) // most)
@@ -79,7 +79,7 @@ class Tracks:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Several pieces as one."""
+    """All pieces joined."""
     import numpy
 
     return numpy.concatenate([times for times, _ in parts]), numpy.concatenate([some for _, some in parts])

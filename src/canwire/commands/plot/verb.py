@@ -1,15 +1,16 @@
-"""`canwire plot`: signals of a log, or of a line of the hub, as a picture.
+"""`canwire plot`: draw signals of a log, or of a line of the hub.
 
 canwire plot drive.log --db engine.dbc EngineData.EngineSpeed -o speed.png
 canwire plot drive.log --db engine.dbc EngineData -o engine.svg         all signals of a message
-canwire plot drive.log --db engine.dbc EngineSpeed Temperature -o engine.html    to zoom into, in a browser
-canwire plot drive.log --db can0=engine.dbc --db can1=engine.dbc EngineSpeed -o both.png   a file for each channel
+canwire plot drive.log --db engine.dbc EngineSpeed Temperature -o engine.html    a page to zoom, in a browser
+canwire plot drive.log --db can0=engine.dbc --db can1=engine.dbc EngineSpeed -o both.png   a database for each channel
 canwire plot drive.log --db engine.dbc EngineSpeed --begin 1 --end 2.5 -o part.png
-canwire plot can0 --db engine.dbc EngineSpeed --seconds 2 -o now.svg    what a line brings, from now on
+canwire plot can0 --db engine.dbc EngineSpeed --seconds 2 -o now.svg    a line, for 2 s from now
 
-A file is a log, any other name a line. The suffix of OUT tells what it becomes: png, svg (both need canwire[plot]), or
-html, a page of its own that needs no network. Signals with one unit share a panel; times are seconds from the log's
-first entry, or from now. A signal of very many samples is thinned: of every few the smallest and the largest are kept.
+If LOG is not a file, it is the name of a line. The suffix of OUT is its format: png or svg (both need canwire[plot]),
+or html, a self-contained page that needs no network. Signals with the same unit share a panel. Times are seconds from
+the first entry of the log, or from now. A signal with very many samples is reduced: the smallest and the largest sample
+of each small group are kept.
 """
 
 from __future__ import annotations
@@ -35,29 +36,35 @@ SUFFIXES = ("png", "svg", "html")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument(
-        "source", metavar="LOG", help="a log of any format, - standard input; or a line: can0"
+        "source", metavar="LOG", help="a log of any format (- is standard input), or a line: can0"
     )
     parser.add_argument(
-        "signals", nargs="+", metavar="SIGNAL", help="Message.Signal, Signal, or Message: all of it"
+        "signals", nargs="+", metavar="SIGNAL", help="Message.Signal, Signal, or Message for all its signals"
     )
     add_database_argument(parser, "signals by name", several=True, required=True)
     parser.add_argument(
-        "-o", "--out", metavar="OUT", required=True, help=f"the picture: {', '.join(SUFFIXES)}"
+        "-o", "--out", metavar="OUT", required=True, help=f"the file to write: {', '.join(SUFFIXES)}"
     )
-    parser.add_argument("--channel", metavar="NAME", help="of a log: this channel only")
-    parser.add_argument("--begin", type=float, metavar="SECONDS", help="of a log: from here on")
-    parser.add_argument("--end", type=float, metavar="SECONDS", help="of a log: up to here")
-    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="of a line: how long (10)")
+    parser.add_argument("--channel", metavar="NAME", help="only this channel of a log")
     parser.add_argument(
-        "--from", dest="form", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
+        "--begin", type=float, metavar="SECONDS", help="begin here in a log, in seconds from its first entry"
     )
-    add_rate_argument(parser, "--bit-rate", "of a line that nobody started", WantedMode.USUAL_BIT_RATE)
-    add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
+    parser.add_argument(
+        "--end", type=float, metavar="SECONDS", help="end here in a log, in seconds from its first entry"
+    )
+    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="time to watch a line (10)")
+    parser.add_argument(
+        "--from", dest="form", metavar="FORMAT", help="format of LOG (default: by its first bytes)"
+    )
+    add_rate_argument(parser, "--bit-rate", "if the line is not running yet", WantedMode.USUAL_BIT_RATE)
+    add_rate_argument(
+        parser, "--data-bit-rate", "the same for the data phase of CAN FD", WantedMode.USUAL_DATA_BIT_RATE
+    )
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draw; 1 for faults in the log. BadValue for names that are not there and where there is nothing to draw."""
+    """Draw; 1 if the log has faults. Raises BadValue for unknown names and if there is nothing to draw."""
     write = _writer(arguments.out)
     databases = databases_of(arguments)
     assert databases is not None  # argparse asks for it

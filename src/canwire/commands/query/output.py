@@ -1,4 +1,4 @@
-"""Rows of a query: a table for people, CSV, JSON or a file; some thousand at a time, however many there are."""
+"""Writes the rows of a query as a text table, CSV, JSON or a file, some thousand rows at a time."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FORMS = {".csv": "csv", ".json": "json", ".parquet": "parquet"}
 
 
 def write_rows(rows: Any, form: str, path: str | None) -> None:
-    """Print a DuckDB relation, or write it to a file whose suffix tells the form.
+    """Print a DuckDB relation, or write it to a file in the format of its suffix.
 
-    A file that cannot be written as a whole stays as it was. Raises BadValue, OSError.
+    An existing file is replaced only when the new one is complete. Raises BadValue, OSError.
     """
     if path is None:
         _WRITERS[form](rows.columns, _values(rows), sys.stdout)

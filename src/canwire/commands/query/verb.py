@@ -1,18 +1,18 @@
-"""`canwire query`: SQL over a trace, a folder of Parquet files that may be bigger than memory, or over any other log.
+"""`canwire query`: run SQL on a trace (a folder of Parquet files, which may be larger than memory) or on any other log.
 
-canwire query trace/                                                   its tables and their columns
+canwire query trace/                                                   list its tables and columns
 canwire query trace/ "select id, count(*) from frames group by id"
 canwire query drive.blf "select * from errors order by time_ns" --csv
 canwire query trace/ "select avg(value) from signals where signal = 'EngineSpeed'" --db engine.dbc
 canwire query trace/ "select time, EngineSpeed from EngineData" --db engine.dbc -o speed.parquet
 
-`canwire record can0 trace/` and `canwire convert drive.log trace/` make traces. The SQL is DuckDB's. Tables: frames,
-errors, events, lin, marks (lost counts, gaps, bit rates, clock), entries for everything; with --db signals, messages,
-and one for each message by its name. Signals are decoded while the query runs, and only those it asks for. Rows come by
-identifier: `order by time_ns, row` is the order in which they were recorded. `time` is UTC, or seconds from the log's
-zero where it has no date. An identifier in hex is a text: where id = '0x1A0'.
+`canwire record can0 trace/` and `canwire convert drive.log trace/` make traces. The SQL dialect is DuckDB's. Tables:
+frames, errors, events, lin, marks (lost counts, gaps, bit rates, clock), and entries, which contains all of them; with
+--db also signals, messages, and a table for each message, with its name. Only the signals in a query are decoded, while
+it runs. Rows are ordered by identifier: use `order by time_ns, row` for the recorded order. `time` is UTC, or
+seconds from the start of a log without a date. Write an identifier in hex as a text: where id = '0x1A0'.
 
-What cannot be read is left out and said, with its place; then the exit status is 1.
+Faults in the trace are left out and reported with their places; the exit status is then 1.
 """
 
 from __future__ import annotations
@@ -36,20 +36,22 @@ group by table_name order by table_name"""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("trace", metavar="TRACE", help="a trace's folder, a Parquet file, or any other log")
-    parser.add_argument("sql", metavar="SQL", nargs="?", help="a query; without one: tables and columns")
-    add_database_argument(parser, "signals by name", several=True)
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument("--csv", action="store_true", help="lines of comma-separated values")
-    form.add_argument("--json", action="store_true", help="a JSON object for each row")
-    form.add_argument("-o", dest="out", metavar="FILE", help="into FILE.csv, FILE.json or FILE.parquet")
-    parser.add_argument("--quiet", action="store_true", help="show nothing of how far it is")
     parser.add_argument(
-        "--memory", metavar="SIZE", default="512M", help="what DuckDB may take: 512M (default), 2G"
+        "sql", metavar="SQL", nargs="?", help="a query; without it, tables and columns are listed"
+    )
+    add_database_argument(parser, "the names of signals", several=True)
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_true", help="print comma-separated values")
+    form.add_argument("--json", action="store_true", help="print a JSON object for each row")
+    form.add_argument("-o", dest="out", metavar="FILE", help="write FILE.csv, FILE.json or FILE.parquet")
+    parser.add_argument("--quiet", action="store_true", help="do not show the progress")
+    parser.add_argument(
+        "--memory", metavar="SIZE", default="512M", help="memory limit of DuckDB: 512M (default), 2G"
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ask; 1 for faults in the trace. BadLog for what is none, BadValue for SQL that means nothing, ExtraMissing."""
+    """Run the query; 1 if the trace has faults. Raises BadLog for no log, BadValue for invalid SQL, ExtraMissing."""
     memory_bytes = _size(arguments.memory)
     _refuse_itself(arguments.trace, arguments.out)
     databases = databases_of(arguments)
@@ -83,7 +85,7 @@ def _refuse_itself(trace: str, out: str | None) -> None:
         return
     for place in (out, os.path.dirname(os.path.abspath(out))):
         if os.path.exists(place) and os.path.samefile(place, trace):
-            raise BadValue(f"-o {out}: it is what is asked; give the answer a place of its own")
+            raise BadValue(f"-o {out}: it is what is read; write the result elsewhere")
 
 
 def _size(text: str) -> int:

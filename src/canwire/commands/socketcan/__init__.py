@@ -1,1 +1,1 @@
-"""`canwire run` and `canwire bridge`."""
+"""`canwire run` and `canwire socketcand`."""

@@ -1,4 +1,4 @@
-"""Names of interfaces, as both verbs of SocketCAN take them."""
+"""--interface, for both SocketCAN verbs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def add_interface_argument(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=LINE",
-        help="another name for a bus or a line: vcan0=can0, can0=HW000001:0; may be given again",
+        help="another name for a bus or a line: vcan0=can0, can0=HW000001:0; may be given several times",
     )
 
 

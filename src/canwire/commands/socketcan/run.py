@@ -1,15 +1,15 @@
-"""`canwire run`: start a program that speaks SocketCAN; it finds the hub's buses as CAN interfaces.
+"""`canwire run`: run a program that uses SocketCAN, with the buses of the hub as its CAN interfaces.
 
-canwire run candump any                             every bus of the hub
-canwire run cangen can0                             a line on can0 that nobody uses, else a shared one
+canwire run candump any                             show every bus of the hub
+canwire run cangen can0                             use a free line on can0, else share one
 canwire run cansend HW000001_0 123#DEADBEEF         line 0 of the board HW000001
 canwire run --interface vcan0=can0 -- ./test.sh     can0 under the name that a script expects
-canwire run sh                                      a shell: everything that is started there
+canwire run sh                                      a shell, for all programs started in it
 
-No kernel with CAN and no rights are needed. The process becomes the program: signals, exit status and job control are
-its own. An interface that is named after a bus has somebody there who acknowledges, as a kernel's vcan does. Programs
-that make their system calls themselves (static ones, Go) are answered by seccomp where that is allowed, else named.
-docs/socketcan.md has the rest.
+It needs neither CAN in the kernel nor special rights. The process becomes the program: it receives the signals and sets
+the exit status. On an interface named after a bus, frames are always acknowledged, as on the kernel's vcan. For
+programs that make system calls directly (static ones, Go) canwire intercepts the calls with seccomp if that is allowed,
+else it refuses the program. See docs/socketcan.md.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Become the program; HubError without a hub, BadValue for what cannot be, Unsupported without the shim."""
+    """Become the program. Raises HubError without a hub, BadValue, Unsupported without the shim."""
     from canwire.socketcan.launch import launch, shim
     from canwire.socketcan.programs import calls_itself, trouble_with
 

@@ -1,13 +1,13 @@
-"""`canwire socketcand`: serve the hub's buses over TCP as socketcand does, for Kayak, SavvyCAN and python-can.
+"""`canwire socketcand`: serve the buses of the hub over TCP as socketcand does, for Kayak, SavvyCAN and python-can.
 
-canwire socketcand                                     on 127.0.0.1:29536, for programs of this machine
-canwire socketcand --listen 0.0.0.0:29536              for everybody who reaches this machine
+canwire socketcand                                     on 127.0.0.1:29536, for programs on this machine
+canwire socketcand --listen 0.0.0.0:29536              for all who can reach this machine
 canwire socketcand --listen ./socketcand.sock          on a Unix socket, for this user alone
 canwire socketcand --interface vcan0=can0              can0 under another name
-canwire socketcand --beacon 192.168.0.255              and tell this network where it is, every two seconds
+canwire socketcand --beacon 192.168.0.255              announce the server to this network every two seconds
 
-The protocol knows no passwords: whoever reaches the port may send on every bus. A client that does not read
-loses frames, which are counted; one that sends more than its bus carries is read more slowly.
+The protocol has no passwords: every client that can reach the port may send on every bus. A client that does not read
+loses frames, which are counted; a client that sends more than its bus can carry is read more slowly.
 """
 
 from __future__ import annotations
@@ -31,10 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--listen",
         default="",
         metavar="HOST:PORT|PATH",
-        help="default: 127.0.0.1:29536; @NAME: an abstract Unix socket",
+        help="listen there (default: 127.0.0.1:29536); a path is a Unix socket, @NAME an abstract one",
     )
     parser.add_argument(
-        "--beacon", default="", metavar="ADDRESS", help="announce it there by UDP, port 42000"
+        "--beacon",
+        default="",
+        metavar="ADDRESS",
+        help="announce the server at this address by UDP, port 42000",
     )
     parser.add_argument(
         "--beside", action="store_true", help=argparse.SUPPRESS
@@ -45,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM, SIGHUP, SIGINT; HubLost at the hub's end, HubError without, OSError for a port in use."""
+    """Serve until SIGTERM, SIGHUP, SIGINT. Raises HubLost when the hub ends, HubError without one, OSError."""
     return going_on(arguments, _serve)
 
 

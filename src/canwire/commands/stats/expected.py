@@ -1,4 +1,4 @@
-"""What databases say of identifiers: their names, and the cycle times that they should keep."""
+"""The names and cycle times of identifiers, from databases."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ if TYPE_CHECKING:
 
 
 class Expected:
-    """Of each channel's databases; asked for every identifier of a log."""
+    """The expected messages of each channel, by identifier."""
 
     def __init__(self, databases: Databases) -> None:
         self._databases = databases
 
     def message(self, one: IdentifierStatistics) -> MessageDescription | None:
-        """By the first of its channel's databases that knows the identifier; None where none does."""
+        """From the first of the channel's databases that knows the identifier; None if none does."""
         frame = LinFrame(one.id) if one.lin else Frame(one.id, extended=one.extended)
         found = (database.message_of(frame) for database in self._databases.of(one.channel))
         return next((message for message in found if message is not None), None)
 
     def deviation(self, one: IdentifierStatistics) -> float | None:
-        """By how many percent the mean period is longer than the cycle time; None where one of both is missing."""
+        """By how many percent the mean period is longer than the cycle time; None if either is unknown."""
         message = self.message(one)
         if message is None or not message.cycle_s or one.mean_s is None:
             return None
         return 100 * (one.mean_s / message.cycle_s - 1)
 
     def missing(self, found: Iterable[IdentifierStatistics]) -> list[MessageDescription]:
-        """Messages with a cycle time that are not in the log at all."""
+        """Messages with a cycle time that do not occur in the log."""
         met = {message.name for message in map(self.message, found) if message is not None}
         return [
             message

@@ -1,4 +1,4 @@
-"""What `canwire stats --json` prints."""
+"""The JSON output of `canwire stats`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def facts_of(logs: Sequence[Log], found: LogStatistics, expected: Expected | None) -> dict[str, Any]:
-    """Everything, by the names of LogStatistics, ChannelStatistics and IdentifierStatistics."""
+    """All results, by the names of LogStatistics, ChannelStatistics and IdentifierStatistics."""
     facts = {
         "logs": [log.path for log in logs],
         "format": logs[0].format,

@@ -1,4 +1,4 @@
-"""What `canwire stats` prints for people: a log's head, its channels, a row for each identifier, load over time."""
+"""The text output of `canwire stats`: head of the log, channels, a row for each identifier, load over time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _RIGHT = {2, 3, 4, 5, 6, 7, 10, 11}  # columns of numbers
 
 
 def report(logs: Sequence[Log], found: LogStatistics, expected: Expected | None) -> Iterator[str]:
-    """Line by line."""
+    """Yields the lines of the report."""
     yield _head(logs, found)
     for channel in found.channels:
         yield f"{channel.name}: {_channel(channel)}"

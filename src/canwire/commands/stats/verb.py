@@ -1,17 +1,17 @@
-"""`canwire stats`: what is in a log: identifiers with their periods, errors, losses, load over time.
+"""`canwire stats`: show statistics of a log: identifiers with their periods, errors, losses, load over time.
 
-canwire stats drive.log                            of any format; several logs: one after the other
-canwire stats drive.log --bit-rate 500000          with the load, where the log has no bit rates itself
-canwire stats drive.log --bit-rate can0=500000     of this channel only; again, or with commas: several
-canwire stats drive.log --db car.dbc               with names, and periods beside the database's cycle times
+canwire stats drive.log                            a log of any format; several logs: one after the other
+canwire stats drive.log --bit-rate 500000          with the load, if the log contains no bit rates
+canwire stats drive.log --bit-rate can0=500000     of this channel only; may be given several times
+canwire stats drive.log --db car.dbc               with names, and the cycle times of the database
 canwire stats drive.log --db can0=car.dbc --db can1=car.dbc    a database for each channel
 canwire stats day-0001.log day-0002.log --together    the files of a rotated recording as one log
-canwire stats drive.log --json                     an object, for programs
+canwire stats drive.log --json                     a JSON object, for programs
 
-Periods are in milliseconds: mean, shortest, longest, and jitter, which is their standard deviation. A gap is a period
-of more than three times the usual one (the median of an identifier's first 32). Load counts every bit of a frame, its
-stuff bits and the three behind it included; error frames are not in it. What cannot be read is left out and said, with
-its place; then the exit status is 1.
+Periods are in milliseconds: mean, shortest, longest, and jitter (the standard deviation). A gap is a period longer than
+three times the typical one (the median of the first 32 periods of an identifier). The load counts all bits of a frame,
+with its stuff bits and the three bits of intermission, but no error frames. Faults in the log are left out and reported
+with their places; the exit status is then 1.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="a log of any format; - is standard input")
     for name, what in (
-        ("bit-rate", "of the buses, where a log does not tell"),
-        ("data-bit-rate", "likewise, behind the bit-rate switch"),
+        ("bit-rate", "bit rate of the buses, if a log does not contain it"),
+        ("data-bit-rate", "the same for the data phase of CAN FD"),
     ):
         parser.add_argument(f"--{name}", action="append", default=[], metavar="[CHANNEL=]BIT/S", help=what)
     add_database_argument(parser, "names and cycle times", several=True)
-    parser.add_argument("--together", action="store_true", help="all logs are one that goes on")
+    parser.add_argument("--together", action="store_true", help="read all logs as one continuous log")
     parser.add_argument(
-        "--from", dest="form", metavar="FORMAT", help="what LOG is, if its first bytes do not tell"
+        "--from", dest="form", metavar="FORMAT", help="format of LOG (default: by its first bytes)"
     )
     parser.add_argument("--json", action="store_true", help="print JSON, an object for each log")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print numbers; 1 for faults in a log. BadLog for a file that is none, BadValue, BadDescription, OSError."""
+    """Print the statistics; 1 if a log has faults. Raises BadLog, BadValue, BadDescription, OSError."""
     rates = [_rates(name, getattr(arguments, name)) for name in ("bit_rate", "data_bit_rate")]
     expected = _expected(databases_of(arguments))
     faults = 0

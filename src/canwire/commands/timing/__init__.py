@@ -1,1 +1,1 @@
-"""`canwire timing`: bit timings by themselves, and those of nodes of one bus."""
+"""`canwire timing`: single bit timings, and the timings of all nodes on a bus."""

@@ -1,4 +1,4 @@
-"""Will these nodes understand each other? Their timings as text, and the answer."""
+"""Checks whether nodes can communicate: reads their timings from text and prints the result."""
 
 from __future__ import annotations
 
@@ -26,32 +26,36 @@ _UNITS = {"": 1, "k": 1_000, "M": 1_000_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """--nodes, and what is true of all of them."""
-    group = parser.add_argument_group("will these nodes understand each other?")
+    """--nodes, and the options for all nodes."""
+    group = parser.add_argument_group("can these nodes communicate?")
     group.add_argument(
         "--nodes",
         nargs="+",
         metavar="NODE",
         help="[NAME=]RATE[@PERCENT][,SJW] or [NAME=]RATE[@PERCENT][,SJW]/RATE[@PERCENT][,SJW] with a data phase, "
-        "rates as 500k or 4M; or [NAME=]btr:001C. Exit status 1 if they would not",
+        "rates as 500k or 4M; or [NAME=]btr:001C. The exit status is 1 if they cannot",
     )
     group.add_argument(
-        "--cable", type=float, default=0.0, metavar="METRES", help="between the two farthest nodes (0)"
+        "--cable",
+        type=float,
+        default=0.0,
+        metavar="METRES",
+        help="length of cable between the two farthest nodes (0)",
     )
     group.add_argument(
         "--node-delay-ns",
         type=float,
         default=250.0,
         metavar="NS",
-        help="of transceivers, node to node (250, as slow as allowed)",
+        help="delay of transceivers, node to node (250, the slowest allowed)",
     )
-    group.add_argument("--ppm", type=float, default=0.0, help="how far each node's oscillator may be off (0)")
+    group.add_argument("--ppm", type=float, default=0.0, help="tolerance of each oscillator (0)")
     group.add_argument(
         "--loop-delay-ns",
         type=float,
         default=0.0,
         metavar="NS",
-        help="after which each node reads itself back (0)",
+        help="delay after which a node reads its own bits back (0)",
     )
 
 

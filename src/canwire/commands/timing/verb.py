@@ -1,15 +1,15 @@
-"""`canwire timing`: from bit rate, registers or tolerances to bit timings, and back.
+"""`canwire timing`: calculate bit timings from a bit rate, registers or tolerances, and check them.
 
-canwire timing 500000                           one sensible timing
+canwire timing 500000                           one suitable timing
 canwire timing 500000 --sample-point 80 --list  every timing, nearest to 80 % first
-canwire timing --btr 001C                       what registers of an SJA1000 mean
+canwire timing --btr 001C                       explain registers of an SJA1000
 canwire timing 500000 --search --tolerance 0.1 --delay-ns 300
 canwire timing 500000 --data-bit-rate 2000000   both phases of a CAN FD bus
 
-Will these nodes understand each other? Each rule of ISO 11898-1 with what is left of its limit:
+Can these nodes communicate? Each rule of ISO 11898-1 is printed with its margin:
 canwire timing --nodes 500k@80/2M@80 500k@80/2M@80
 canwire timing --nodes 500k@75 btr:001C --cable 30 --ppm 100
-canwire timing --nodes ecu=500k@87.5/4M@80 tester=500k@75/4M@80   no: status 1
+canwire timing --nodes ecu=500k@87.5/4M@80 tester=500k@75/4M@80   they cannot: status 1
 """
 
 from __future__ import annotations
@@ -32,34 +32,56 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="bit_rate_option",
         type=int,
         metavar="BIT/S",
-        help="the same, as other verbs have it",
-    )
-    parser.add_argument("--sample-point", type=float, metavar="PERCENT", help="default: CiA's for the rate")
-    parser.add_argument("--sjw", type=int, metavar="QUANTA", help="default: the widest jump allowed")
-    parser.add_argument(
-        "--controller", choices=sorted(_CLOCK_HZ), help="default: sja1000, fd with a data rate"
+        help="the same as BIT/S without the option",
     )
     parser.add_argument(
-        "--clock", type=int, metavar="HZ", help="clock of the prescaler; SJA1000: half its crystal"
+        "--sample-point",
+        type=float,
+        metavar="PERCENT",
+        help="sample point (default: the recommendation of CiA for the rate)",
+    )
+    parser.add_argument(
+        "--sjw", type=int, metavar="QUANTA", help="synchronization jump width (default: the widest allowed)"
+    )
+    parser.add_argument(
+        "--controller",
+        choices=sorted(_CLOCK_HZ),
+        help="kind of controller (default: sja1000; fd with --data-bit-rate)",
+    )
+    parser.add_argument(
+        "--clock", type=int, metavar="HZ", help="clock of the prescaler; for an SJA1000, half its crystal"
     )
     parser.add_argument("--data-bit-rate", type=int, metavar="BIT/S", help="bit rate of the data phase")
-    parser.add_argument("--data-sample-point", type=float, metavar="PERCENT", help="default: 80")
-    parser.add_argument("--btr", metavar="HEX", help="explain BTR0 and BTR1, as 001C")
+    parser.add_argument(
+        "--data-sample-point",
+        type=float,
+        metavar="PERCENT",
+        help="sample point of the data phase (default: 80)",
+    )
+    parser.add_argument("--btr", metavar="HEX", help="explain the registers BTR0 and BTR1: 001C")
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--list", action="store_true", help="every timing, not only the best")
+    way.add_argument("--list", action="store_true", help="print every timing, not only the best")
     way.add_argument("--search", action="store_true", help="search as the VCI manual does")
     parser.add_argument(
-        "--tolerance", type=float, default=0.1, metavar="PERCENT", help="of the worst oscillator"
+        "--tolerance",
+        type=float,
+        default=0.1,
+        metavar="PERCENT",
+        help="with --search: tolerance of the worst oscillator (0.1)",
     )
     parser.add_argument(
-        "--delay-ns", type=float, default=300.0, metavar="NS", help="of the cable, there and back"
+        "--delay-ns",
+        type=float,
+        default=300.0,
+        metavar="NS",
+        help="with --search: delay of the cable, in both directions (300)",
     )
-    parser.add_argument("--json", action="store_true", help="print JSON, one object a timing")
+    parser.add_argument("--json", action="store_true", help="print JSON, an object for each timing")
     nodes.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what was asked for; BadTiming where nothing can be."""
+    """Print the timings; BadTiming if there is none."""
     if arguments.bit_rate_option is not None:
         if arguments.bit_rate not in (None, arguments.bit_rate_option):
             raise BadTiming(f"two bit rates, {arguments.bit_rate} and --bit-rate {arguments.bit_rate_option}")

@@ -1,4 +1,4 @@
-"""`canwire isotp dump`: both directions put together by can-isotp, which only listens."""
+"""`canwire isotp dump`: can-isotp reassembles the messages of both directions, and only listens."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _TURN_S = 0.2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The sub-verb's arguments."""
     add_transport_arguments(parser)
-    parser.add_argument("--messages", action="store_true", help="show complete messages only, no frames")
+    parser.add_argument("--messages", action="store_true", help="show only complete messages, no frames")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many messages")
-    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this long")
+    parser.add_argument("--seconds", type=float, metavar="SECONDS", help="end after this time")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class Side:
-    """What one of both sends."""
+    """The messages that one side sends."""
 
     def __init__(self, arguments: argparse.Namespace, swapped: bool) -> None:
         isotp = load("isotp")
@@ -76,7 +76,7 @@ class Side:
         )
 
     def show(self, frame: Frame, messages_only: bool) -> int:
-        """Print the frame if it is of this side, and what it completes; how many messages that were."""
+        """Print the frame if this side sent it, and any message it completes; returns the number of messages."""
         if (frame.id, frame.extended) != (self._id, self._extended) or frame.remote:
             return 0
         message = message_of(frame, self._isotp.CanMessage)
@@ -106,7 +106,7 @@ class Side:
             return f"{message.data.hex(' ').upper()}: {error}"
         kinds = pdu.Type
         if pdu.type == kinds.FLOW_CONTROL:
-            state = {0: "go on", 1: "wait", 2: "overflow"}.get(pdu.flow_status, "?")
+            state = {0: "continue to send", 1: "wait", 2: "overflow"}.get(pdu.flow_status, "?")
             return f"[FC] {state}, block size {pdu.blocksize}, {pdu.stmin:02X} between frames"
         data = bytes(pdu.data).hex(" ").upper()
         if pdu.type == kinds.CONSECUTIVE_FRAME:

@@ -1,4 +1,4 @@
-"""A file into an ECU's memory, block after block: RequestDownload, TransferData, RequestTransferExit."""
+"""Writes a file into the memory of an ECU, block by block: RequestDownload, TransferData, RequestTransferExit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HEAD = 2  # of a TransferData request: service and block number
 
 
 def flash(client: Any, words: Sequence[str]) -> None:
-    """FILE and ADDRESS; raises BadValue, OSError, and what udsoncan raises."""
+    """Write the file words[0] at the address words[1]. Raises BadValue, OSError, and the errors of udsoncan."""
     image = Path(words[0]).read_bytes()
     if not image:
         raise BadValue(f"flash: {words[0]} is empty")
@@ -42,7 +42,7 @@ class _Progress:
         self._live = sys.stderr.isatty()
 
     def show(self, done: int) -> None:
-        """So many bytes are there."""
+        """Show that `done` bytes are written."""
         text = f"{done} of {self._size} bytes, {100 * done // self._size} %"
         tenths = 10 * done // self._size
         if self._live:

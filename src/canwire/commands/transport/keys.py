@@ -1,4 +1,4 @@
-"""How a seed becomes a key: `canwire uds --key`."""
+"""The functions that calculate a key from a seed: `canwire uds --key`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Key = Callable[[int, bytes], bytes]
 
 
 def key_by(text: str) -> Key:
-    """The function that this means; raises BadValue."""
+    """The function that `text` names; raises BadValue."""
     if text == "invert":
         return lambda level, seed: bytes(each ^ 0xFF for each in seed)
     if text.startswith("xor:"):

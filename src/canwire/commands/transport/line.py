@@ -1,4 +1,4 @@
-"""can-isotp on a line of the hub: the identifiers and parameters on a command line, and a layer that sends there."""
+"""can-isotp on a line of the hub: its identifiers and parameters from a command line, and its transport layer."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ _ID = re.compile(r"(?:0x)?([0-9A-Fa-f]{1,8})")
 
 
 def add_transport_arguments(parser: argparse.ArgumentParser, *, tx: str = "7E0", rx: str = "7E8") -> None:
-    """LINE, the identifiers and what ISO-TP leaves open."""
+    """LINE, the identifiers and the parameters of ISO-TP."""
     add_line_arguments(parser)
     parser.add_argument(
-        "-s", "--tx", default=tx, metavar="ID", help=f"identifier of what is sent; 8 digits: 29 bits ({tx})"
+        "-s", "--tx", default=tx, metavar="ID", help=f"identifier of sent frames; 8 digits: 29 bits ({tx})"
     )
-    parser.add_argument("-d", "--rx", default=rx, metavar="ID", help=f"identifier of what is received ({rx})")
+    parser.add_argument("-d", "--rx", default=rx, metavar="ID", help=f"identifier of received frames ({rx})")
     parser.add_argument(
         "-x",
         "--extended",
         metavar="TO[:FROM]",
-        help="extended addressing: the byte before what is sent and, if it is another, before what is received: F1:12",
+        help="extended addressing: the byte before sent data and, if it differs, before received data: F1:12",
     )
     parser.add_argument("--fd", action="store_true", help="send CAN FD frames of up to 64 bytes, with BRS")
-    parser.add_argument("--pad", metavar="HEX", help="fill frames up with this byte: CC")
+    parser.add_argument("--pad", metavar="HEX", help="pad frames with this byte: CC")
     parser.add_argument(
-        "--bs", type=int, default=0, metavar="COUNT", help="ask for so many frames at a time (0: all)"
+        "--bs", type=int, default=0, metavar="COUNT", help="block size to request, in frames (0: all frames)"
     )
     parser.add_argument(
-        "--stmin", type=int, default=0, metavar="MS", help="ask for this long between frames, 0 to 127 ms (0)"
+        "--stmin", type=int, default=0, metavar="MS", help="time between frames to request, 0 to 127 ms (0)"
     )
     add_timeout_argument(parser)
 
 
 def load(library: str) -> Any:
-    """can-isotp's or udsoncan's module, which would print on stderr what we say ourselves; raises ExtraMissing."""
+    """Import can-isotp or udsoncan and silence its logging, which would repeat our messages; raises ExtraMissing."""
     for logger in ("isotp", "udsoncan", "UdsClient", "Connection"):
         logging.getLogger(logger).addHandler(logging.NullHandler())
     try:
@@ -72,7 +72,7 @@ def address_of(arguments: argparse.Namespace, *, swapped: bool = False) -> Any:
     if extended != other:
         raise BadValue(f"--tx {arguments.tx} --rx {arguments.rx}: both of 11 bits, or both of 29")
     if tx == rx:
-        raise BadValue(f"--tx {arguments.tx}: the same as --rx; each side has an identifier of its own")
+        raise BadValue(f"--tx {arguments.tx}: the same as --rx; the two sides need different identifiers")
     modes = isotp.AddressingMode
     sent, received = parsed_extension(arguments.extended)
     if swapped:
@@ -84,7 +84,7 @@ def address_of(arguments: argparse.Namespace, *, swapped: bool = False) -> Any:
 
 
 def parsed_extension(text: str | None) -> tuple[int | None, int | None]:
-    """The bytes before what is sent and what is received; None without extended addressing. Raises BadValue."""
+    """The bytes before sent and before received data; None without extended addressing. Raises BadValue."""
     if text is None:
         return None, None
     found = _EXTENSION.fullmatch(text)
@@ -115,7 +115,7 @@ def params_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 class IsoTpLine:
-    """A line that is open for ISO-TP: `layer` is can-isotp's, started; `errors` what it complained of, in order."""
+    """A line that is open for ISO-TP: `layer` is can-isotp's, started; `errors` are its errors, in order."""
 
     def __init__(self, hub: Hub, arguments: argparse.Namespace, closing: ExitStack) -> None:
         isotp, address, params = load("isotp"), address_of(arguments), params_of(arguments)
@@ -144,7 +144,7 @@ class IsoTpLine:
         return None if frame is None or frame.remote else message_of(frame, self._made)
 
     def _put(self, message: Any) -> None:
-        """A queue that stays full is told by `sending.result`."""
+        """`sending.result` reports a queue that stays full."""
         frame = Frame(
             message.arbitration_id,
             bytes(message.data),
@@ -156,7 +156,7 @@ class IsoTpLine:
 
 
 def message_of(frame: Frame, made: Any) -> Any:
-    """A frame as can-isotp has it."""
+    """The frame as a message of can-isotp."""
     return made(
         frame.id,
         frame.dlc,

@@ -16,11 +16,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The sub-verb's arguments."""
     add_transport_arguments(parser)
     parser.add_argument("messages", nargs="+", metavar="HEX", help="22F190; - reads messages, one a line")
-    parser.add_argument("--answer", action="store_true", help="print one message that comes back for each")
+    parser.add_argument("--answer", action="store_true", help="print one answer for each message")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send; 1 if a message was not taken, or not answered. BadValue for what is no message."""
+    """Send; 1 if a message was not accepted or not answered. Raises BadValue for invalid hex."""
     messages = [message_in(text) for text in texts_of(arguments.messages)]
     with ExitStack() as closing:
         line = IsoTpLine(connected(arguments, "isotp", closing), arguments, closing)
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def texts_of(words: list[str]) -> list[str]:
-    """The words, with the lines of standard input in the place of -."""
+    """The words; - is replaced by the lines of standard input."""
     return [
         text for word in words for text in (sys.stdin.read().splitlines() if word == "-" else [word]) if text
     ]

@@ -1,4 +1,4 @@
-"""The steps of `canwire uds`: services of ISO 14229-1 by name, each with what it prints."""
+"""The steps of `canwire uds`: services of ISO 14229-1 by name, and their output."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ALL_DTCS = 0xFFFFFF
 
 
 class Service(NamedTuple):
-    """A row of the table: the step's words, the standard's name, what it is for; so many words it `needs`."""
+    """A row of the table: syntax, name in the standard, help text, and the number of words that it `needs`."""
 
     words: str
     service: str
@@ -34,12 +34,12 @@ class Step(NamedTuple):
     words: list[str]
 
     def done(self, client: Any) -> None:
-        """Ask the ECU; raises what udsoncan raises."""
+        """Send the request to the ECU; raises the errors of udsoncan."""
         self.service.work(client, self.words)
 
 
 def parsed_steps(texts: Sequence[str]) -> list[Step]:
-    """Every step, checked; raises BadValue with names that are near."""
+    """All steps, checked; raises BadValue with similar names."""
     found = []
     for text in texts:
         name, *words = text.split(":")
@@ -57,7 +57,7 @@ def parsed_steps(texts: Sequence[str]) -> list[Step]:
 
 
 def plain_codec() -> Any:
-    """Of identifiers whose layout nobody knows: bytes."""
+    """A codec that leaves the data of every identifier as bytes."""
     udsoncan = load("udsoncan")
 
     class Plain(udsoncan.DidCodec):  # type: ignore[name-defined, misc]
@@ -157,7 +157,7 @@ def _routine(client: Any, words: Sequence[str]) -> None:
 
 
 def _raw(client: Any, words: Sequence[str]) -> None:
-    """Sent as it is; its answer is printed whatever it says."""
+    """Send the bytes as they are; print the answer, positive or negative."""
     connection = client.conn
     connection.empty_rxqueue()
     connection.send(bytes.fromhex(words[0]))
@@ -165,19 +165,19 @@ def _raw(client: Any, words: Sequence[str]) -> None:
 
 
 STEPS = {
-    "read": Service("read:ID", "ReadDataByIdentifier", "print what stands there", 1, _read),
-    "write": Service("write:ID:HEX", "WriteDataByIdentifier", "put these bytes there", 2, _write),
+    "read": Service("read:ID", "ReadDataByIdentifier", "print the data of this identifier", 1, _read),
+    "write": Service("write:ID:HEX", "WriteDataByIdentifier", "write these bytes", 2, _write),
     "session": Service(
         "session:NAME", "DiagnosticSessionControl", ", ".join(_SESSIONS) + ", or hex", 1, _session
     ),
     "reset": Service("reset[:KIND]", "ECUReset", ", ".join(_RESETS) + ", or hex", 0, _reset),
-    "present": Service("present", "TesterPresent", "whether it answers", 0, _present),
-    "unlock": Service("unlock:LEVEL", "SecurityAccess", "seed and key, see --key", 1, _unlock),
-    "dtc": Service("dtc[:MASK]", "ReadDTCInformation", "faults by status mask (FF)", 0, _dtc),
-    "clear": Service("clear[:GROUP]", "ClearDiagnosticInformation", "forget faults (FFFFFF: all)", 0, _clear),
+    "present": Service("present", "TesterPresent", "check that the ECU answers", 0, _present),
+    "unlock": Service("unlock:LEVEL", "SecurityAccess", "with seed and key, see --key", 1, _unlock),
+    "dtc": Service("dtc[:MASK]", "ReadDTCInformation", "print faults by status mask (FF)", 0, _dtc),
+    "clear": Service("clear[:GROUP]", "ClearDiagnosticInformation", "clear faults (FFFFFF: all)", 0, _clear),
     "routine": Service("routine:WHAT:ID[:HEX]", "RoutineControl", ", ".join(_ROUTINES), 2, _routine),
     "flash": Service(
-        "flash:FILE:ADDRESS", "RequestDownload", "and TransferData, RequestTransferExit", 2, flash
+        "flash:FILE:ADDRESS", "RequestDownload", "then TransferData, RequestTransferExit", 2, flash
     ),
-    "raw": Service("raw:HEX", "any", "print the answer's bytes", 1, _raw),
+    "raw": Service("raw:HEX", "any", "print the bytes of the answer", 1, _raw),
 }

@@ -1,17 +1,17 @@
-"""`canwire uds`: ask an ECU by UDS (ISO 14229), step after step, by udsoncan over ISO-TP.
+"""`canwire uds`: send UDS requests (ISO 14229) to an ECU, step by step, with udsoncan over ISO-TP.
 
-canwire uds can0 read:F190                        ReadDataByIdentifier, at 7E0, which answers from 7E8
+canwire uds can0 read:F190                        ReadDataByIdentifier, to 7E0; the answer comes from 7E8
 canwire uds can0 session:extended unlock:1 write:0101:6F6B --key invert
-canwire uds can0 dtc clear reset:hard             faults, and away with them; then a reset
+canwire uds can0 dtc clear reset:hard             print faults, clear them, reset the ECU
 canwire uds can0 routine:start:FF00 routine:result:FF00
 canwire uds can0 session:programming unlock:1 flash:image.bin:08000000 --key keys.py:key
-canwire uds can0 raw:1902FF                       bytes as they are
+canwire uds can0 raw:1902FF                       send these bytes unchanged
 
-Steps are words with colons, done in their order on one connection, by these names or the standard's:
+Steps run in their order on one connection. Each has a short name and a name in the standard:
 {steps}
 
---key says how a seed becomes a key: invert, xor:5A, or FILE.py:FUNCTION, which is called with level and seed.
-A negative response ends it with status 1 and its name, as does an ECU that does not answer in --timeout seconds.
+--key names the function that calculates a key from a seed: invert, xor:5A, or FILE.py:FUNCTION, which is called with
+level and seed. A negative response is printed by name. It ends the command with status 1, as a timeout does.
 """
 
 from __future__ import annotations
@@ -36,13 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     add_transport_arguments(parser)
     parser.add_argument(
-        "steps", nargs="+", metavar="STEP", help="read:F190, session:extended, ...: see above"
+        "steps", nargs="+", metavar="STEP", help="a step as listed above: read:F190, session:extended"
     )
-    parser.add_argument("--key", metavar="HOW", help="of a seed: invert, xor:HEX, FILE.py:FUNCTION")
+    parser.add_argument(
+        "--key", metavar="HOW", help="calculate keys from seeds by: invert, xor:HEX, FILE.py:FUNCTION"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The steps; 1 for what the ECU refuses. BadValue, HubError, ExtraMissing, OSError for what cannot be."""
+    """Run the steps; 1 if the ECU refuses one. Raises BadValue, HubError, ExtraMissing, OSError."""
     steps = parsed_steps(arguments.steps)
     key = None if arguments.key is None else key_by(arguments.key)
     exceptions = load("udsoncan").exceptions

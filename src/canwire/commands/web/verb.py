@@ -1,12 +1,12 @@
-"""`canwire web`: the hub's boards in a browser: boards, trace, sending, statistics and faults.
+"""`canwire web`: show the hub in a browser: boards, trace, sending, statistics and faults.
 
-canwire web                      prints an address; whoever has it may look and change things, nobody else
-canwire web --viewers            others on this machine may look, too
-canwire web --open               and opens it in the browser
-canwire web --port 8080 --db car.dbc     at a fixed port; frames are decoded by this description
+canwire web                      print an address that contains a token; only with it can the page be read and used
+canwire web --viewers            other users of this machine may read without the token
+canwire web --open               also open the page in the browser
+canwire web --port 8080 --db car.dbc     at a fixed port; frames are decoded with this database
 
-The page is served on the loopback address alone, and asks no other machine for anything. Ctrl-C and SIGTERM end it;
-the boards stay as they are. Needs canwire[web], and canwire[databases] for --db.
+The page is served on the loopback address only and loads nothing from other machines. Ctrl-C and SIGTERM end the
+server; the boards stay as they are. Needs canwire[web], and canwire[databases] for --db.
 """
 
 from __future__ import annotations
@@ -32,28 +32,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=None,
         metavar="N",
-        help="listen there; 0 for any free one (default: 7457, or any free one where that is taken)",
+        help="listen at this port; 0: any free one (default: 7457, or any free one if that is in use)",
     )
-    parser.add_argument("--viewers", action="store_true", help="let others on this machine look")
+    parser.add_argument(
+        "--viewers", action="store_true", help="let other users of this machine read without the token"
+    )
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
     parser.add_argument(
         "--db",
         action="append",
         default=[],
         metavar="[BUS=]FILE",
-        help="decode frames by this description (DBC, ...); again: several, each perhaps for one bus",
+        help="decode frames with this database, for all buses or for one; may be given several times",
     )
     add_hub_argument(parser)
 
 
 @contextmanager
 def leading_to(address: str) -> Iterator[str]:
-    """The URL of a file that leads there, for this user alone: everybody can read a program's arguments."""
+    """The URL of a file that redirects to `address`, readable by this user only, unlike program arguments."""
     number, name = tempfile.mkstemp(suffix=".html")  # mode 0600
     try:
         with open(
             number, "w", encoding="utf-8", newline="\n"
-        ) as file:  # closed: Windows lets nobody else read it before
+        ) as file:  # closed: before that, no other program can read it on Windows
             file.write(f'<meta http-equiv="refresh" content="0;url={escape(address)}">')
         yield Path(name).as_uri()
     finally:
@@ -61,7 +63,7 @@ def leading_to(address: str) -> Iterator[str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGTERM or SIGINT; BadValue for a port or file that will not do, HubError without a hub."""
+    """Serve until SIGTERM or SIGINT. Raises BadValue for an invalid port or file, HubError without a hub."""
     if arguments.port is not None and not 0 <= arguments.port <= 65_535:
         raise BadValue(f"--port {arguments.port}: 0 to 65535")
     for path in arguments.db:

@@ -1,6 +1,6 @@
-"""Vector's ASC: text, a line for an entry. CAN, CAN FD, error frames, LIN frames; the rest in comments of ours.
+"""Vector's ASC: text, a line for an entry. CAN, CAN FD, error frames, LIN frames; the rest in comments of canwire.
 
-Source: Vector's description of the ASC logging format, as far as public logs and python-can show it.
+Source: Vector's description of the ASC logging format, as shown by public logs and python-can.
 """
 
 from canwire.logs.asc.reading import read, recognises

@@ -134,7 +134,7 @@ class _Parser:
         if found[3].lower() == "errorframe":
             return LogEntry(time_ns, self._name(int(found[1])), _plain_error(time_ns))
         words = found[5].split()
-        if not (words[0] in "01" and words[1] in "01" and len(words[2]) == 1):  # a symbolic name stands there
+        if not (words[0] in "01" and words[1] in "01" and len(words[2]) == 1):  # here is a symbolic name
             words = words[1:]
         brs, esi, dlc, count = words[0] == "1", words[1] == "1", int(words[2], 16), int(words[3])
         data = bytes(int(byte, self._base) for byte in words[4 : 4 + count])

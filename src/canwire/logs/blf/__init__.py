@@ -1,6 +1,6 @@
-"""Vector's BLF: objects in compressed containers. CAN, CAN FD, error frames, LIN frames; the rest in texts of ours.
+"""Vector's BLF: objects in compressed containers. CAN, CAN FD, error frames, LIN frames; the rest in texts of canwire.
 
-Every `flush` ends a container and brings the head up to date: what is in the file can be read though its writer dies.
+Every `flush` ends a container and brings the head up to date: the file can be read even if its writer is killed.
 
 Source: the object layouts as public readers (python-can, vector_blf) describe them.
 """

@@ -76,7 +76,7 @@ class Writer(FormWriter):
                 self._other(entry_of(stored[at : at + LOG_RECORD_SIZE], self.channels))
 
     def sync(self) -> None:
-        """A container of what is there, and the head anew where the file can be rewound."""
+        """Write a container of the waiting objects, and the updated head if the file can be rewound."""
         self._pack()
         super().sync()
         if self.file is not None and self.file.seekable():

@@ -1,5 +1,5 @@
-"""Logs that are lines of text, a block of lines at a time: `reading.py` has the order, `fields.py` the columns.
+"""Reads text logs in blocks of lines: `reading.py` keeps the order, `fields.py` reads columns.
 
-A format says which lines are plain, and gives records of all of these at once, by numpy; every other line is read by
-itself, as in `lines.py`, so whatever is wrong in it is told alike.
+A format says which lines are plain and makes records of all plain lines with numpy. Every other line is read
+separately, as in `lines.py`, so faults are reported in the same way.
 """

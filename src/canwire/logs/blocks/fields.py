@@ -1,6 +1,6 @@
-"""The words or cells of many lines at once, found and read by numpy.
+"""Finds and reads the words or cells of many lines with numpy.
 
-Whoever reads a column gets numbers for all lines, and whether each is one: `those` that are not have any number.
+A read column has numbers for all lines, and `those`, which says where they are valid; other numbers are arbitrary.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import Any
 from canwire.values.record import load_numpy
 
 NO_DIGIT = 0xFF
-"""What `hex_digits` has for a character that is none."""
+"""The value in `hex_digits` of a character that is not a hex digit."""
 _ROOM = 64  # bytes behind the last line, to gather from
 
 
 class Fields:
-    """What stands between blanks, or between commas where `separator` is one, in each line of a text.
+    """The fields of each line of a text, between blanks, or between commas if `separator` is one.
 
     `count` is how many fields each line has; `clean` lines consist of printable ASCII, blanks and tabs.
     """

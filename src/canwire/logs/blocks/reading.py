@@ -1,4 +1,4 @@
-"""Blocks of whole lines, the plain ones of which become records at once; batches have everything in its order."""
+"""Reads blocks of whole lines: plain lines become records together; batches keep the order of all entries."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_PARTS = 64  # of a block: with more of them, each line is read by itself
 
 
 class LineReader(Protocol):
-    """What a format knows of its lines. A line may change how those behind it are read."""
+    """What a format knows of its lines. A line may change how later lines are read."""
 
     separator: int | None
     """Of fields; None: blanks."""

@@ -1,4 +1,4 @@
-"""Plain log lines by numpy, all of a block at once: `(seconds.micros) name ID#DATA[ R|T]`.
+"""Reads the plain log lines of a block together with numpy: `(seconds.micros) name ID#DATA[ R|T]`.
 
 Each column of the text is gathered for all lines together; a line that has anything else in it is handed back.
 """
@@ -44,7 +44,7 @@ def plain_lines(text: bytes, source: Source) -> tuple[numpy.ndarray, list[tuple[
 
 
 class _Lines:
-    """The lines of a block: where they begin and end, and which of them are `plain` as far as was looked."""
+    """The lines of a block: where they begin and end, and which of them are `plain` by the checks so far."""
 
     def __init__(self, block: Any, starts: Any, ends: Any) -> None:
         numpy = load_numpy()

@@ -1,4 +1,4 @@
-"""candump logs in: most lines at once with numpy (fast.py), the rest one by one."""
+"""Reads candump logs: most lines together with numpy (fast.py), the rest one by one."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from canwire.values.text import LogLine, format_log_line
 if TYPE_CHECKING:
     import numpy
 
-_PIECE = 8192  # records laid out at once: the columns stay in the cache
+_PIECE = 8192  # records laid out together: the columns stay in the cache
 
 
 class Writer(FormWriter):

@@ -1,4 +1,4 @@
-"""Somebody else's reader in a process of its own: what crashes, hangs or fills the memory there ends that process."""
+"""Runs another library's reader in a separate process: a crash, a hang or full memory ends only that process."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _read_here(
     source: Source, read: Callable[[Source], numpy.ndarray], records: IO[bytes], tell: int
 ) -> None:
     """The child: it ends here, whatever happens, and runs nothing of the program that it was forked from."""
-    faulthandler.disable()  # a crash is told by the parent
+    faulthandler.disable()  # the parent reports a crash
     try:
         _limit_memory(source.limits.memory_bytes)
         error = ""

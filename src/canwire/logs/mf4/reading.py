@@ -47,7 +47,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 def _opened(source: Source, asammdf: Any) -> numpy.ndarray:
-    if FORKS:  # this is a process of its own, and what is wrong comes out as an error
+    if FORKS:  # this is a separate process, and faults become errors
         logging.disable()
     try:
         with asammdf.MDF(source.path, process_bus_logging=False) as mdf:

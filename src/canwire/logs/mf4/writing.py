@@ -37,7 +37,7 @@ class Writer(FormWriter):
         load_asammdf()
         if self.path == "-":
             raise BadLog("mf4: cannot be written to standard output")
-        open(self.path, "wb").close()  # says at once if it cannot be
+        open(self.path, "wb").close()  # raises now if it cannot be
         self._parts: list[Any] = []
 
     def put(self, records: numpy.ndarray) -> None:
@@ -94,7 +94,7 @@ def _write(path: str, records: numpy.ndarray, channels: list[str], zero_ns: int)
             mdf.groups[number].channel_group.acq_source = origin
             mdf.groups[number].channel_group.flags |= FLAG_CG_BUS_EVENT
         saved = mdf.save(Path(path), overwrite=True, compression=1)
-    if str(saved) != path:  # it insists on a suffix of its own
+    if str(saved) != path:  # asammdf insists on its suffix
         os.replace(saved, path)
 
 

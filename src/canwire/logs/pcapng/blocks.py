@@ -13,7 +13,7 @@ _MOST = 1 << 24  # bytes of a block: larger ones are torn
 
 
 class Block(NamedTuple):
-    """One block: where it stands in the file, its type, what it holds; `order` is "<" or ">"."""
+    """One block: its place in the file, its type, its content; `order` is "<" or ">"."""
 
     at: int
     kind: int
@@ -25,7 +25,7 @@ class Torn(Exception):
     """The rest of the file holds no whole block."""
 
     def __init__(self, at: int, what: str) -> None:
-        super().__init__(at, what)  # pickle calls `__init__` with what stands here
+        super().__init__(at, what)  # pickle calls `__init__` with these arguments
         self.at = at
         self.what = what
 

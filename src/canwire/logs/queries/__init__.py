@@ -1,5 +1,5 @@
-"""Traces by SQL: `open_trace` puts DuckDB over a trace's files.
+"""Queries traces with SQL: `open_trace` opens the files of a trace with DuckDB.
 
 `trace.py` is the object, `sources.py` finds the Parquet files behind a path, `views.py` says what tables there are,
-`signals.py` decodes while a query runs, `mistakes.py` makes one line of what DuckDB says of a query.
+`signals.py` decodes while a query runs, `mistakes.py` shortens an error of DuckDB to one line.
 """

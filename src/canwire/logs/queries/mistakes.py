@@ -1,4 +1,4 @@
-"""What DuckDB says of a query, in one line, with the place and the names that may have been meant."""
+"""Turns an error of DuckDB into one line, with its place in the query and similar names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def one_line(error: Exception, query: str, tables: Iterable[str]) -> str:
     """`SQL, line 1, column 15: Table with name frams does not exist; did you mean frames?`"""
     text = str(error)
     if text.startswith(_MEMORY):
-        return f"{text.splitlines()[0]}; give it more (--memory; memory_bytes), or ask for less at once"
+        return f"{text.splitlines()[0]}; give it more (--memory; memory_bytes), or query less"
     if not text.startswith(_ABOUT_SQL) and _DAMAGE.search(text):
         told = text.splitlines()[0]
         return f"a file of the log is damaged ({told}); `canwire convert` tells which, and keeps the others"

@@ -1,4 +1,4 @@
-"""A trace to ask: `open_trace`."""
+"""Queries traces with SQL: `open_trace`."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _USUAL = 512 << 20
 
 
 class Trace:
-    """A log that SQL can ask, made by `open_trace`; a context manager.
+    """A log for SQL queries, made by `open_trace`; a context manager.
 
     Tables: `frames`, `errors`, `events`, `lin`, `marks`, `entries` for all of these; with a database `signals`,
-    `messages`, and one for each message by its name. `faults` is what could not be read. `connection` is DuckDB's own
-    (a DuckDBPyConnection), for whatever else it can do.
+    `messages`, and one for each message by its name. `faults` lists parts that could not be read. `connection` is
+    the DuckDBPyConnection, for its other functions.
     """
 
     def __init__(self, path: str, databases: Sequence[tuple[str, Database]], memory_bytes: int) -> None:
@@ -68,7 +68,7 @@ class Trace:
 
     @property
     def faults(self) -> list[LogFault]:
-        """What could not be read, with its place: damaged files of a trace are left out of the tables."""
+        """Parts that could not be read, with their places: damaged files of a trace are left out of the tables."""
         return list(self._source.faults)
 
     @property
@@ -77,11 +77,11 @@ class Trace:
         return len(self._source.faults)
 
     def sql(self, query: str) -> Any:
-        """The rows of a query: a DuckDBPyRelation, which computes them when they are asked for.
+        """The rows of a query: a DuckDBPyRelation, which computes them when they are fetched.
 
         It has `fetchall()`, `df()` for pandas, `to_arrow_table()`, `pl()`, `to_parquet(file)` and more. None for a
-        statement without rows. Raises BadValue, in one line with the place and near names, for SQL that means nothing
-        and for messages and signals that the database has not; Closed.
+        statement without rows. Raises BadValue, in one line with the place and similar names, for invalid SQL
+        and for messages and signals that the database does not contain; Closed.
 
         >>> with open_trace("day/", database="car.dbc") as trace:  # doctest: +SKIP
         ...     slow = trace.sql("select time, value from signals where signal = 'EngineSpeed' and value < 600").df()
@@ -111,7 +111,7 @@ class Trace:
         return error
 
     def close(self) -> None:
-        """Forget the tables; a second time does nothing. Relations mean nothing afterwards."""
+        """Remove the tables; a second call does nothing. Relations are invalid afterwards."""
         if not self._closed:
             self._closed = True
             self.connection.close()
@@ -134,11 +134,11 @@ def open_trace(
     database: _Described | Sequence[tuple[str, _Described]] | None = None,
     memory_bytes: int = _USUAL,
 ) -> Trace:
-    """A trace to ask by SQL: a folder that `record` or `create_log` wrote, a Parquet file, or any other log.
+    """Open a trace for SQL queries: a folder that `record` or `create_log` wrote, a Parquet file, or any other log.
 
     A log of another format is written as a trace first, in a temporary folder. `database` gives names to frames: a
     `Database`, or the file of one, or several as pairs: the channel that it describes, "" for all, and the database.
-    DuckDB takes at most `memory_bytes`, and what does not fit goes to the disk. Needs canwire[query]. Raises BadLog,
+    DuckDB uses at most `memory_bytes` of memory, and the disk for the rest. Needs canwire[query]. Raises BadLog,
     BadDescription, BadValue, ExtraMissing, OSError.
 
     >>> with open_trace("day/") as trace:  # doctest: +SKIP

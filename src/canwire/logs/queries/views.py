@@ -1,6 +1,6 @@
 """The tables that a query sees, over the columns of logs/tables/columns.py.
 
-Rows come as they stand in the files, by identifier: `order by time_ns, row` is the order in which they were recorded.
+Rows have the order of the files, by identifier: `order by time_ns, row` is the order in which they were recorded.
 """
 
 from __future__ import annotations

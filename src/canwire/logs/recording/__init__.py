@@ -1,1 +1,1 @@
-"""Logs of what happens now: `record` writes a line of the hub, or a node or bus of the lab, to files."""
+"""Records live traffic: `record` writes a line of the hub, or a node or bus of a lab, to files."""

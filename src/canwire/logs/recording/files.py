@@ -1,7 +1,7 @@
-"""The files of a recording: one, or by size and time one after another; each readable while it grows.
+"""The files of a recording: one, or several by size and time; each can be read while it grows.
 
-A format that is readable only at its end has a journal beside it, which is written first and taken away when the file
-is whole. Killed, a recording leaves the journal, and `open_log` reads that.
+A format that can be read only after its end is accompanied by a journal, which is removed when the file is complete. If
+the recording is killed, the journal remains, and `open_log` reads it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LOOK_AT_S = 0.25  # how often a file's size is asked for, and what is written f
 
 
 class RecordingFiles:
-    """Where a recording's batches go. Not for several threads at once."""
+    """Writes the batches of a recording. For one thread at a time only."""
 
     def __init__(
         self,
@@ -55,14 +55,14 @@ class RecordingFiles:
 
     @property
     def left_out(self) -> dict[str, int]:
-        """What the format cannot hold, in all files so far."""
+        """Data that the format cannot hold, with counts for all files so far."""
         found = Counter(self._left_out)
         if self._writer is not None and not self._needs_end:
             found.update(self._writer.left_out)
         return dict(found)
 
     def write(self, batch: LogBatch) -> None:
-        """Append; raises OSError where the disk is full."""
+        """Append a batch; raises OSError for a full disk."""
         if self._writer is None:
             self._open()
         assert self._writer is not None
@@ -70,7 +70,7 @@ class RecordingFiles:
         self.count += len(batch)
 
     def tend(self) -> None:
-        """Flush and rotate where it is time for that; to be called several times a second, also in silence."""
+        """Flush and rotate when it is time; call it several times a second, also without new entries."""
         now_s = time.monotonic()
         if self._writer is None or now_s - self._flushed_s < _LOOK_AT_S:
             return

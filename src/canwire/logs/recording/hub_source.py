@@ -1,4 +1,4 @@
-"""What sources on shared lines have in common: the recorder's thread empties them, `closing` has what they hold."""
+"""Base class of sources on shared lines: the recorder's thread empties them, `closing` holds their resources."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class HubSource:
-    """`channels` has its name in the log, `address` tells it from others on its bus.
+    """`channels` contains its name in the log, `address` identifies it among the lines of its bus.
 
-    Times become those of the wall clock by `epoch_ns`.
+    `epoch_ns` converts times to the wall clock.
     """
 
     def __init__(self, listener: HubChannel | Monitor, name: str, epoch_ns: int, closing: ExitStack) -> None:

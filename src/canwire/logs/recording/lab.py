@@ -1,4 +1,4 @@
-"""A node of the lab as a source, of CAN or LIN: it is emptied in the lab's own time, soon after something came."""
+"""A CAN or LIN node of a lab as a source: it is emptied in the time of the lab, soon after new entries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _AT_ONCE = 1 << 16
 
 
 class LabSource:
-    """What a LabNode hears, and its errors and states. `own`: the node was made for this and leaves with it."""
+    """What a LabNode receives, its errors and states. `own`: the node was made for it and is removed with it."""
 
     def __init__(self, node: Any, channel: str, *, own: bool) -> None:
         self.channels = [channel]
@@ -32,7 +32,7 @@ class LabSource:
         node.events()  # they are kept from now on
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events by their time; never waits: in the lab time passes where the script lets it."""
+        """Frames and events by their time; never waits, because only the script lets the time of a lab pass."""
         del timeout_s
         frames = records_of_line(self._node.receive_array(), 0)
         events = self._node.events(*_EVENTS)
@@ -81,7 +81,7 @@ class LabSource:
 
 
 class LabLinSource(LabSource):
-    """The same for a LabLinNode."""
+    """What a LabLinNode receives, its errors and states."""
 
     def take(self, timeout_s: float) -> numpy.ndarray:
         """Frames and events by their time; never waits."""

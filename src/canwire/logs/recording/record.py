@@ -1,4 +1,4 @@
-"""`record`: a line, node or bus, of CAN or LIN, into log files."""
+"""`record`: records a line, node or bus of CAN or LIN in log files."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ def record(
     epoch_ns: int = 0,
     triggers: RecordTriggers | None = None,
 ) -> Recorder:
-    """Write everything that a line hears to a log file, until the recorder is closed.
+    """Record everything that a line receives in a log file, until the recorder is closed.
 
-    `line` is the name of a shared one ("can0", "HW000001:0", "lin0"), which is started at `bit_rate` if nobody did (a
-    LIN line as a slave); a HubChannel or Monitor that is set up and active, which then belongs to the recorder, and
-    whose times become dates by `epoch_ns`; a node of the lab, or a bus, on which a listening one is put. Several of
-    them, in a list, go into one log in the order of their times, and "any" is a line of every shared bus. `format` is
-    told by the path's suffix unless given. `channel` is one line's name in the log. With `rotate_bytes` or `rotate_s`
-    (seconds) the files are NAME-0001, NAME-0002, ...: a new one as soon as one is larger or older; a trace (`path`
-    with a slash at its end) is one folder, which begins its next file then, by bytes of records. `hub` is the hub's
-    address. With `triggers` only parts are kept.
+    `line` is the name of a shared line ("can0", "HW000001:0", "lin0"), which is started at `bit_rate` if it is not
+    running (a LIN line as a slave); or a HubChannel or Monitor, set up and active, which then belongs to the recorder,
+    and whose times `epoch_ns` converts to dates; or a node of a lab, or a bus, which gets a listening node. Several
+    lines, in a list, are recorded in one log in order of time; "any" is a line of every shared bus. `format` replaces
+    the path's suffix. `channel` is the name of a single line in the log. With `rotate_bytes` or `rotate_s` (seconds)
+    the files are NAME-0001, NAME-0002, ...: a new one begins when the last is larger or older; a trace (`path` with a
+    slash at its end) begins the next file in its folder, by bytes of records. `hub` is the hub's address. With
+    `triggers` only parts are kept.
 
-    Frames, error frames, changes of state and losses are recorded; a line's own frames as well, a LabNode's where it
-    has `self_reception`. Raises BadValue, NoSuchBoard, HubError, ExtraMissing, OSError.
+    Frames, error frames, changes of state and losses are recorded; also the frames that a line sends, those of a
+    LabNode only with `self_reception`. Raises BadValue, NoSuchBoard, HubError, ExtraMissing, OSError.
 
     >>> with Lab() as lab:  # doctest: +SKIP
     ...     with record(lab.can_bus("can0", bit_rate=500_000), "drive.blf") as recorder:
@@ -81,9 +81,7 @@ def record(
             _check_holds_lin(name, format)
         shared = [source for source in sources if isinstance(source, HubSource)]
         if shared and len(shared) < len(sources):
-            raise BadValue(
-                "lines of a hub and of the lab have different times; record each in a log of its own"
-            )
+            raise BadValue("lines of a hub and of the lab have different times; record them in separate logs")
         source = sources[0] if len(sources) == 1 else (SeveralShared if shared else SeveralSources)(sources)
         closing.callback(source.close)
         files = RecordingFiles(

@@ -1,4 +1,4 @@
-"""A recording that goes on: what comes from a source goes into files, in a thread or when the lab's time passes."""
+"""A running recording: writes the entries of a source to files, in a thread or when the lab's time passes."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ _TURN_S = 0.2
 
 
 class RecordingSource(Protocol):
-    """What is recorded: `channels` are the names in the log; `address` is a line's own, whatever its bus is called."""
+    """The source of a recording: `channels` are the names in the log; `address` is that of the line, not of its bus."""
 
     channels: list[str]
     address: str
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Records of `log_dtype()` that came, waiting for the first; none where none came in time."""
+        """Received records of `log_dtype()`, waiting for the first; none if none came in time."""
 
     def lost(self) -> list[int]:
-        """How many frames and events of each channel were lost so far because they were not taken in time."""
+        """The frames and events of each channel lost so far because they were not read in time."""
 
     def marks(self) -> list[LogEntry]:
-        """What the log's beginning says: bit rates, the clock."""
+        """Entries for the beginning of the log: bit rates, the clock."""
 
     def start(self, drain: Callable[[], None]) -> bool:
-        """Call `drain` when there is something to take, if it does that itself; False: a thread must."""
+        """Call `drain` for new entries, if the source can; False: a thread must do it."""
 
     def close(self) -> None:
-        """Take no more."""
+        """End the source."""
 
 
 class Recorder:
-    """A line that is written to files until `close`; made by `record`, a context manager.
+    """A recording of lines in files until `close`; made by `record`, a context manager.
 
-    What is older than a second can be read from the files whatever happens to this process. `close` raises what went
-    wrong meanwhile: OSError for a full disk, HubLost.
+    Entries older than a second can be read from the files even if this process is killed. `close` raises the error
+    that ended the recording: OSError for a full disk, HubLost.
     """
 
     def __init__(
@@ -86,44 +86,44 @@ class Recorder:
 
     @property
     def count(self) -> int:
-        """Entries that were handed to the files so far."""
+        """The number of entries written so far."""
         return self._files.count
 
     @property
     def lost(self) -> int:
-        """Frames and events that came faster than they were taken, so that the log lacks them."""
+        """Frames and events that are missing in the log because they came faster than they were read."""
         return sum(self._lost)
 
     @property
     def left_out(self) -> dict[str, int]:
-        """What the format cannot hold, and how often it came."""
+        """Data that the format cannot hold, with counts."""
         return self._files.left_out
 
     @property
     def error(self) -> Exception | None:
-        """What ended the recording before its time, or None."""
+        """The error that ended the recording, or None."""
         return self._error
 
     @property
     def starts(self) -> int:
-        """How often a trigger has begun to keep what came."""
+        """How often a trigger has started the recording."""
         return 0 if self._gate is None else self._gate.starts
 
     def end_after(self, span_s: float) -> None:
-        """Keep nothing that comes more than so many seconds after the beginning, by its stamps; `wait` ends then.
+        """End `span_s` seconds after the beginning, by time stamps: later entries are not kept, and `wait` ends.
 
-        Raises BadValue for what is no number above 0.
+        Raises BadValue unless it is a number above 0.
         """
         if not isinstance(span_s, int | float) or not 0 < span_s < 1e9:
             raise BadValue(f"span_s {span_s!r}: a number of seconds above 0")
         self._until_ns = self._begin_ns + round(span_s * 1e9)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the recording ends by itself, `timeout` seconds at most; whether it did: an error, a last stop."""
+        """Wait at most `timeout` seconds for the end of the recording (an error, a last stop); True if it ended."""
         return self._over.wait(timeout)
 
     def close(self) -> None:
-        """Write what has come, and finish the file; a second time does nothing. Raises what went wrong meanwhile."""
+        """Write the rest and finish the file; a second call does nothing. Raises the error of the recording."""
         if self._closed:
             return
         self._closed = True

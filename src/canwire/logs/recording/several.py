@@ -1,4 +1,4 @@
-"""Several lines as one source, for one log: what they bring, in the order of its time stamps."""
+"""Several lines as one source for one log, in order of time stamps."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class QueuedSource(RecordingSource, Protocol):
 
 
 class SeveralSources:
-    """Sources of the lab, which are all there up to now whenever one of them is looked at."""
+    """Sources of a lab, which are complete up to now at any time."""
 
     def __init__(self, sources: Sequence[RecordingSource]) -> None:
         self._sources = list(sources)
@@ -36,7 +36,7 @@ class SeveralSources:
         self.address = ", ".join(source.address for source in sources)
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """By their time stamps; never waits."""
+        """The entries of all sources by time stamp; never waits."""
         del timeout_s
         return self._taken()
 
@@ -68,10 +68,10 @@ class SeveralSources:
 
 
 class SeveralShared(SeveralSources):
-    """Lines of a hub, whose queues are looked into one after the other.
+    """Lines of a hub, whose queues are read one after the other.
 
-    What comes into a queue behind the look may be older than what the next queue has: it waits for the next look. The
-    hub fills queues in the order of time, so a look that begins after a stamp was seen finds all that is older.
+    An entry that comes after its queue was read may be older than entries of the next queue: those wait for the next
+    round. The hub fills queues in order of time, so a round that begins after a stamp was seen finds all older ones.
     """
 
     def __init__(self, sources: Sequence[QueuedSource]) -> None:
@@ -83,7 +83,7 @@ class SeveralShared(SeveralSources):
             end.assign(self._event)
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """What certainly has nothing older behind it, waiting for the first; without a timeout all there is."""
+        """The entries that no older one can follow, waiting for the first; without a timeout, all entries."""
         seen_ns = int(self._held["time_ns"].max(initial=0))
         found = self._taken()
         if not len(found) and not len(self._held):

@@ -1,4 +1,4 @@
-"""A line that programs share as a source: its channel is emptied by a thread of the recorder's."""
+"""A shared CAN line as a source: a thread of the recorder empties its channel."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
 
 
 class SharedSource(HubSource):
-    """What a channel hears; times become those of the wall clock by `epoch_ns`."""
+    """What a channel receives; `epoch_ns` converts times to the wall clock."""
 
     def __init__(
         self, channel: HubChannel, name: str, epoch_ns: int, status: LineStatus | None, closing: ExitStack
@@ -43,14 +43,12 @@ class SharedSource(HubSource):
         self._channel = channel
         self._status = status
         self._missed = b""
-        if (
-            status is not None and not status.running
-        ):  # stopped since it was brought up: that stands in the log
+        if status is not None and not status.running:  # stopped since it was started: the log says so
             stop = BusEvent(EventKind.STATE, status.time_ns, state=ErrorState.STOPPED)
             self._missed = stop.to_record()
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events, in the order that they came in."""
+        """Frames and events in the order of reception."""
         if self._missed:
             heard, self._missed = load_numpy().frombuffer(self._missed, record_dtype()), b""
         else:
@@ -76,9 +74,9 @@ class SharedSource(HubSource):
 def shared_sources(
     lines: Sequence[str], hub_address: str | None, wanted: WantedMode, name: str | None, closing: ExitStack
 ) -> list[SharedSource | SharedLinSource]:
-    """What hears these lines, of CAN or LIN, running; "any" is one of every bus there is.
+    """Sources on these CAN or LIN lines, which are started; "any" is a line of every bus.
 
-    Of several the rates wanted are those of CAN lines. What they hold goes to `closing`, the hub's connection too.
+    For several lines the wanted rates are those of CAN lines. `closing` gets their resources and the hub's connection.
     Raises NoSuchBoard, HubError, BadValue.
     """
     hub = closing.enter_context(connect(hub_address, name="canwire record"))

@@ -1,4 +1,4 @@
-"""A LIN line that programs share as a source: a monitor on it is emptied by a thread of the recorder's."""
+"""A shared LIN line as a source: a thread of the recorder empties a monitor on it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinEvent
 
 
 class SharedLinSource(HubSource):
-    """What a monitor hears; times become those of the wall clock by `epoch_ns`."""
+    """What a monitor receives; `epoch_ns` converts times to the wall clock."""
 
     def __init__(
         self, monitor: Monitor, name: str, epoch_ns: int, status: LinLineStatus | None, closing: ExitStack
@@ -38,7 +38,7 @@ class SharedLinSource(HubSource):
         self._status = status
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events, in the order that they came in."""
+        """Frames and events in the order of reception."""
         end = self._monitor.reading
         if not end.ring.fill():
             self._monitor.check()
@@ -60,7 +60,7 @@ class SharedLinSource(HubSource):
 
 
 def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedLinSource:
-    """This line with a monitor that hears all of it; it is started as a slave unless it runs.
+    """A source on this line with a monitor; the line is started as a slave unless it runs.
 
     Raises BadValue, HubError.
     """

@@ -1,4 +1,4 @@
-"""Which parts of what a line brings are recorded: from a start to a stop, with what came shortly before and after."""
+"""Selects the parts of a recording: from a start to a stop, with the time shortly before and after."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy
 
 MOST_BEFORE = 1 << 20
-"""Entries that are kept for a start to come: two minutes of a saturated bus at 1 Mbit/s, 88 MiB."""
+"""Number of entries that are kept for a later start: two minutes of a saturated bus at 1 Mbit/s, 88 MiB."""
 _LONGEST_S = 86_400.0
 
 Condition = Callable[[LogEntry], bool]
@@ -25,13 +25,13 @@ Condition = Callable[[LogEntry], bool]
 
 @dataclass(frozen=True, slots=True)
 class RecordTriggers:
-    """When a recording begins and ends to keep what it hears; for `record`.
+    """The conditions that start and stop a recording by `record`.
 
-    `start` and `stop` are asked for every entry (a frame, an error, a change of state). From an entry that `start`
-    says True to everything is kept, with the `before_s` seconds before it (as far as 1,048,576 entries hold them),
-    until `stop` says True and `after_s` seconds are over; the entry that stops is kept, too. Then it waits for the
-    next start, unless `once`. Without `start` it begins at once, without `stop` it goes on. Between two parts the
-    log has a GAP mark. Seconds are those of the line's time stamps.
+    `start` and `stop` are called with every entry (a frame, an error, a change of state). When `start` returns True,
+    that entry and all later ones are kept, and those of `before_s` seconds before it (at most 1,048,576 entries). When
+    `stop` returns True, the recording stops `after_s` seconds later; the entry that stops it is kept, too. Then it
+    waits for the next start, unless `once`. Without `start` it begins immediately, without `stop` it does not stop.
+    The log contains a GAP mark between two parts. Seconds are those of the line's time stamps.
 
     >>> high = RecordTriggers(start=lambda entry: entry.frame is not None and entry.frame.id == 0x123, before_s=2.0)
     """
@@ -51,7 +51,7 @@ class RecordTriggers:
 
 
 class Gate:
-    """Lets parts of what comes through, by triggers. `starts` counts how often it was opened."""
+    """Passes parts of the entries, by triggers. `starts` counts the starts."""
 
     def __init__(self, triggers: RecordTriggers, channels: list[str]) -> None:
         self.starts = 0
@@ -65,17 +65,17 @@ class Gate:
 
     @property
     def over(self) -> bool:
-        """Nothing more goes through."""
+        """Whether no further entry will pass."""
         return self._closed_for_good
 
     @property
     def ending_s(self) -> float | None:
-        """After the last stop: how many seconds are still kept; on a line that falls silent nothing says when."""
+        """After the last stop: the seconds that are still kept, for a line without further entries."""
         ends = self._closes_ns is not None and self._is_last()
         return self._triggers.after_s if ends else None
 
     def passed(self, records: numpy.ndarray) -> Iterator[numpy.ndarray]:
-        """What goes through of the next records of `log_dtype()`, in pieces; gaps are marks of their own."""
+        """The passed parts of the next records of `log_dtype()`; each gap is a mark."""
         begin = 0
         for at, entry in enumerate(LogBatch(records, self._channels)):
             opened = self._open
@@ -110,7 +110,7 @@ class Gate:
         if stop is not None and stop(entry):
             self._closes_ns = entry.timestamp_ns + round(self._triggers.after_s * 1e9)
         elif self._closes_ns is not None and start is not None and start(entry):
-            self._closes_ns = None  # it begins anew before it has ended
+            self._closes_ns = None  # it starts again before it has ended
 
     def _close(self) -> None:
         self._closed_for_good = self._is_last()

@@ -30,9 +30,9 @@ def log_statistics(
 ) -> LogStatistics:
     """Count what is in a log: identifiers with their periods, errors, losses, directions, load over time.
 
-    Several logs are taken as one that goes on, like the files of a recording that rotates. The load needs bit rates
+    Several logs are read as one continuous log, like the files of a rotated recording. The load needs bit rates
     (bit/s): the log's own, else `bit_rate` and `data_bit_rate`, for all channels of CAN or by their names.
-    Faults of a file are left out, and told by its Log. Memory does not grow with the log.
+    Faults of a file are left out; its Log lists them. Memory does not grow with the log.
     Raises BadValue, BadLog, OSError. Needs canwire[arrays].
 
     >>> found = log_statistics("examples/car-candump.log", bit_rate=500_000)

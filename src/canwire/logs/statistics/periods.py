@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 Columns = dict[str, "numpy.ndarray"]
 MOST = 1 << 16
-"""Identifiers that are told apart."""
+"""Greatest number of distinct identifiers."""
 GAP = 3.0
-"""Times the usual period: a longer one is a gap."""
+"""Factor of the typical period: a longer period is a gap."""
 _EARLY = 32
 _LIN, _LONG = 1 << 30, 1 << 29
 _FIELDS = [("key", "u8"), ("count", "i8"), ("R", "i8"), ("T", "i8"), ("remote", "i8"), ("fd", "i8"), ("dlcs", "i8"),

@@ -1,4 +1,4 @@
-"""What `log_statistics` gives: plain numbers."""
+"""The results of `log_statistics`: plain numbers."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 class IdentifierStatistics:
     """All frames of one identifier on one channel, of CAN or of LIN (`lin`).
 
-    Times are nanoseconds as in the log. Periods are seconds between frames that follow each other: `mean_s`, `least_s`,
+    Times are nanoseconds as in the log. Periods are seconds between consecutive frames: `mean_s`, `least_s`,
     `most_s` and `jitter_s`, their standard deviation; None with a single frame. `usual_s` is the median of the first 32
     periods, and `gaps` counts those of more than three times that (none where that is 0: stamps are too coarse
     to tell); the longest period ended at `most_at_ns`. `backwards`
-    counts stamps before the one of the frame before, which are in no period. `dlcs` are the length codes that were met
-    (LIN: bytes).
+    counts stamps earlier than that of the previous frame; they are in no period. `dlcs` are the length codes that
+    occurred (LIN: bytes).
     """
 
     channel: str
@@ -41,7 +41,7 @@ class IdentifierStatistics:
 
 @dataclass(frozen=True, slots=True)
 class ChannelStatistics:
-    """What one channel of a log holds.
+    """The statistics of one channel of a log.
 
     `errors` are error frames by their kind ("STUFF": 3), of LIN as well; `events` all other events by theirs. `lost` is
     how many frames the log says that it lacks, `overruns` frames before which some were lost, `gap_ns` the time in
@@ -78,7 +78,7 @@ class ChannelStatistics:
 
 @dataclass(frozen=True, slots=True)
 class LogStatistics:
-    """What `log_statistics` found: by channel and by identifier, each in the order of names and numbers.
+    """The results of `log_statistics`: by channel and by identifier, each in the order of names and numbers.
 
     `entries` are all that could be read, `marks` those that speak of the log itself; `unlisted` counts frames of
     identifiers beyond the first 65,536, and records of a damaged file that are on no channel. Times are

@@ -1,4 +1,4 @@
-"""How many bits frames have on the wire, stuff bits included, for many of them at once.
+"""Counts the bits of many frames on the wire, stuff bits included.
 
 `bus/can/bits.py` measures frame by frame, compiled; here it is numpy, column by column, in either form of the
 core. Tests hold both against each other. Source: ISO 11898-1:2015 chapters 8.4 and 10.4.
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import numpy
 
 INTERMISSION = 3
-"""Bits behind a frame that belong to its time: nobody else can use them."""
+"""Bits after a frame that belong to its time: no other frame can use them."""
 _TAIL = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
 _KIND = EXTENDED | REMOTE | EXTENDED_DATA_LENGTH | FAST_DATA_RATE | 15 << DLC_SHIFT
 

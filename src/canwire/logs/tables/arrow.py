@@ -15,7 +15,7 @@ from canwire.values.record import DLC_SHIFT, EXTENDED_DATA_LENGTH, load_numpy
 if TYPE_CHECKING:
     import numpy
 
-# pandas makes floating-point numbers of integers that may be missing, unless it is told which integers these are
+# pandas makes floating-point numbers of integers that may be missing, unless these columns are declared
 _COLUMNS = [
     {"name": name, "field_name": name, "pandas_type": kind.lower(), "numpy_type": kind, "metadata": None}
     for name, kind in (("id", "UInt32"), ("dlc", "UInt8"))

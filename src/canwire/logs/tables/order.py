@@ -1,7 +1,7 @@
 """A file of a trace keeps its rows by identifier, each identifier's in the order of time: sorted here, and put back.
 
-Whoever looks for one identifier then reads a few row groups of a file, and what stands together packs well. The column
-`row` tells entries of the same time apart: 0, 1, 2, ... in their order. Where the clock of a log runs backwards, `row`
+A query for one identifier then reads only a few row groups of a file, and similar rows compress well. The column `row`
+distinguishes entries of the same time: 0, 1, 2, ... in their order. Where the clock of a log runs backwards, `row`
 is the place in the file, and the fact `order` of the file's metadata says "row" in place of "time_ns, row".
 """
 

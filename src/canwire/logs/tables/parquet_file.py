@@ -83,7 +83,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Row group by row group, a trace's file at once. Raises BadLog for another table, and for a file that is cut."""
+    """Yields batches by row group, a file of a trace as a whole. Raises BadLog for another table or a cut file."""
     file, about = open_parquet(source.path, source.file)
     source.dated, source.start_ns = about["dated"], about.get("start_ns")
     source.clock = about.get("clock", "")
@@ -142,7 +142,7 @@ def _sorted(source: Source, file: Any, order: str) -> Iterator[LogBatch]:
 
 
 def _groups(source: Source, file: Any, names: list[str]) -> Iterator[tuple[LogBatch, numpy.ndarray, Any]]:
-    """Records, which of the rows they were made of, and those rows, as far as they can be read."""
+    """Records, which of the rows they were made of, and those rows, if they can be read."""
     arrow = load_pyarrow()
     groups = file.iter_batches(ROW_GROUP, columns=names)
     before = 0

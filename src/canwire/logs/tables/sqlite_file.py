@@ -22,7 +22,7 @@ from canwire.values.frame import Frame
 if TYPE_CHECKING:
     import numpy
 
-_ROWS = 1000  # at once: each may have as many bytes as a line
+_ROWS = 1000  # in one step: each may have as many bytes as a line
 _TABLE = """
 create table entries(time_ns integer not null, channel text not null, direction text, type text not null, id integer,
     extended integer, remote integer, fd integer, brs integer, esi integer, dlc integer, data blob, detail text);
@@ -32,7 +32,7 @@ _INDEX = "create index by_time on entries(time_ns); create index by_id on entrie
 
 
 class Writer(FormWriter):
-    """A database of its own; a row is there for good once `sync` has committed it. Indexes are made at the end."""
+    """A new database; a row is permanent after `sync` has committed it. Indexes are made at the end."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
     opens: ClassVar[bool] = False

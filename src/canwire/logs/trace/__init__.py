@@ -1,7 +1,7 @@
-"""A trace: a folder of Parquet files, for logs that are bigger than memory. `open_log` reads it, DuckDB queries it.
+"""A trace: a folder of Parquet files, for logs larger than memory. `open_log` reads it, DuckDB queries it.
 
-Files have some million entries each, by identifier (tables/order.py). The one that grows is a journal until it is
-whole: all that was flushed can be read whatever happens to the process.
+Files have some million entries each, by identifier (tables/order.py). The growing file is a journal until it is
+complete: flushed entries can be read even if the process is killed.
 """
 
 from canwire.logs.trace.reading import read, recognises

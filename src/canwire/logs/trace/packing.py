@@ -1,4 +1,4 @@
-"""Entries into a whole file, beside whoever writes: it takes as long as a bus needs for some thousand frames."""
+"""Packs entries into a complete file in a thread, in the time of some thousand frames on a bus."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PACKING = {**PACKING, "use_dictionary": [*PACKING["use_dictionary"], ROW]}
 
 
 class Packing:
-    """One file in the making, in a thread of its own. Its journal, if it has one, is removed once the file is there."""
+    """Writes one file in a separate thread. Its journal, if it has one, is removed when the file is complete."""
 
     def __init__(
         self, path: str, records: numpy.ndarray, channels: list[str], about: dict[str, Any],
@@ -37,11 +37,11 @@ class Packing:
 
     @property
     def done(self) -> bool:
-        """`finish` has not to wait."""
+        """True once `finish` would not block."""
         return self._future is None or self._future.done()
 
     def finish(self) -> None:
-        """Wait until the file is there; raises OSError where it does not fit, and the next time tries again."""
+        """Wait until the file is complete. Raises OSError if it does not fit; the next call tries again."""
         future, self._future = self._future, None
         if future is None:
             self._write()

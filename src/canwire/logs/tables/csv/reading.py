@@ -1,6 +1,6 @@
 """CSV in, block by block: rows of ours by numpy (plain.py), all others by the csv module.
 
-A cell in quotes may go on in the next line, which no block knows beforehand: from such a row on the csv module reads.
+A quoted cell may continue in the next line, possibly in the next block: from such a row on the csv module reads.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class _Reader:
 
 
 def _is_line_by_line(text: bytes, longest: int) -> bool:
-    """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell goes on in the next one."""
+    """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell continues in the next."""
     if text.count(b"\r") != text.count(b"\r\n"):
         return False
     numpy = load_numpy()
