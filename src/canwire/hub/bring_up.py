@@ -1,4 +1,4 @@
-"""How a program has a CAN line running, beside others that use it already or are about to start it."""
+"""Start a CAN line that other programs may be using or starting as well."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ def bring_up(
     *,
     patience_s: float = _PATIENCE_S,
 ) -> Control | None:
-    """Start the line unless it runs; its control if this program started it, None where somebody else did.
+    """Start the line unless it runs; return its control if this program started it, else None.
 
-    Who joins a line that runs takes nothing. Who started it gives the control back once it has a channel there, which
-    keeps the line: others may then recover it. `mode_for(status)` says how to set up a line that does not run, None:
-    as it is. `check(status)` raises if one that runs does not suit. Whoever has the control of one that does not run
-    yet may take `patience_s` of the hub's time to start it; then InUse says who that is.
+    Joining a running line needs no control. The program that started it should close the control once it has a channel
+    on the line: the channel keeps the line running, and other programs may then recover it. `mode_for(status)` returns
+    the mode for a line that does not run, None to leave it as it is. `check(status)` raises if a running line does not
+    suit. If another program has the control of a stopped line, it gets `patience_s` seconds of the hub's time to start
+    it; then InUse is raised with the name of that program.
     """
     status = place.status(hub)
     if status.running:
@@ -57,7 +58,7 @@ def bring_up(
 def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
     """Take the line's control, set it up (None: it is as it should be) and start it.
 
-    Raises InUse while somebody has the control, and what `Control.initialise` and `Control.start` raise.
+    Raises InUse while another program has the control, and what `Control.initialise` and `Control.start` raise.
     """
     if not hasattr(place, "board"):
         raise TypeError(f"place {shown(place)}: must be LinePlace, one of find_lines(hub, name)")

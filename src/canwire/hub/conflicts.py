@@ -1,4 +1,4 @@
-"""Buses of a hub whose lines could not work together on copper."""
+"""Find lines of a hub whose settings could not work together on a real bus."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 def conflicts_on(
     hub: Hub, bus: str | None = None, *, among: Sequence[LinePlace] | None = None
 ) -> list[Conflict]:
-    """What could not work on copper, on every bus or only this one; str() of each is a sentence for people.
+    """Conflicts that would stop a real bus from working, on every bus or on `bus`; str() of each is a sentence.
 
-    A RateConflict is lines at different rates, a TimingConflict a rule of ISO 11898-1 that timings of one rate break.
+    A RateConflict means lines at different rates. A TimingConflict means timings of one rate that break a rule of
+    ISO 11898-1.
 
     `among` are the lines that `every_line` has found already.
     """

@@ -1,4 +1,4 @@
-"""Where a program's hub is: at an address, at the user's usual one, or in the program itself."""
+"""Connect to a hub: at an address, at the user's default address, or inside the program."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def connect(
     name: str | None = None,
     timed: bool | None = None,
 ) -> Hub:
-    """The hub at `address`, else at CANWIRE_HUB, else at this user's usual socket if somebody listens there.
+    """The hub at `address`, else at CANWIRE_HUB, else at this user's default socket if a hub listens there.
 
-    Else one inside this process, which all such calls share, in real time, until the last of their hubs is closed.
-    With `time` ("real", "fast", "virtual", "lockstep") or `config` (a file, or what was made of one): always a fresh
-    one inside this process, of its own. An address is a socket's path, or zenoh://REALM/HOST for a hub on another
-    machine (docs/machines.md). `name` is shown to others where this program holds something. A hub that nobody
-    holds any more, nor anything opened on it, is closed by itself; `with` or `close` says when.
+    Else a hub in real time inside this process, shared by all such calls until the last of their hubs is closed.
+    `time` ("real", "fast", "virtual", "lockstep") or `config` (a file's path, or a Config) always makes a new private
+    hub inside this process. An address is a socket's path, or zenoh://REALM/HOST for a hub on another
+    machine (docs/machines.md). `name` is shown to other programs beside each lease of this one. A hub is closed
+    when neither it nor anything opened on it is referenced any more; `with` or `close` closes it earlier.
 
-    `timed`: this program keeps one time with others, on a hub of `canwire serve --time lockstep`; None: where
-    CANWIRE_TIMED is 1, and its threads then take turns as within `canwire.in_time`. It goes on at its first turn. The
-    order of turns is that of names: CANWIRE_NAME if that is set, else `name`.
+    `timed`: this program takes part in lockstep time on a hub of `canwire serve --time lockstep`. None: it does so if
+    CANWIRE_TIMED is 1, and its threads then take turns as within `canwire.in_time`. The call returns at the program's
+    first turn. Turns are ordered by name: CANWIRE_NAME if that is set, else `name`.
 
-    Raises HubLost if nobody listens at a given address, BadConfig for a bad configuration, WrongState if `timed` where
+    Raises HubLost if no hub listens at a given address, BadConfig for a bad configuration, WrongState if `timed` where
     time passes otherwise.
     """
     name = name or os.environ.get("CANWIRE_NAME") or _name_of_program()

@@ -34,7 +34,7 @@ class LinePlace(NamedTuple):
 
     @property
     def address(self) -> str:
-        """The name that means this line alone: "HW000001:0"."""
+        """The name of this line alone: "HW000001:0"."""
         return f"{self.board.hardware_id}:{self.line}"
 
     def status(self, hub: Hub) -> LineStatus:
@@ -43,13 +43,13 @@ class LinePlace(NamedTuple):
 
 
 def every_line(hub: Hub, bus_type: str | None = None) -> list[LinePlace]:
-    """All lines there are, or only "CAN" or "LIN" ones, in the order of the boards."""
+    """All lines of the hub, or only its "CAN" or "LIN" lines, in the order of the boards."""
     places = [LinePlace(board, line) for board in hub.boards() for line in range(len(board.lines))]
     return [place for place in places if bus_type in (None, place.info.bus_type)]
 
 
 def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, LineStatus]]:
-    """How these CAN lines are now; those of a board that was pulled out meanwhile are left out. Raises HubLost."""
+    """The status of these CAN lines, without lines of boards that were unplugged meanwhile. Raises HubLost."""
     asked = list(places)
     found = hub.line_statuses(place.board.id for place in asked)
     there = ((place, found.get((place.board.id, place.line))) for place in asked)
@@ -57,16 +57,17 @@ def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, Li
 
 
 def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:
-    """Those of these CAN lines that do not run and that nobody has a channel or the control of. Raises HubLost."""
+    """Those of these CAN lines that do not run and on which no program has a channel or the control. Raises HubLost."""
     return (place for place, status in lines_now(hub, places) if status.unused)
 
 
 def find_lines(
     hub: Hub, name: str, bus_type: str | None = None, *, among: Sequence[LinePlace] | None = None
 ) -> list[LinePlace]:
-    """What a name means among all lines, or only the "CAN" or "LIN" ones: those on that bus, else the one there.
+    """The lines that a name means: all lines on the bus of that name, else the one line with that address.
 
-    At least one; raises NoSuchBoard with the lines there are. `among` are those that `every_line` has found already.
+    `bus_type` "CAN" or "LIN" leaves out the other kind. The list has at least one line; NoSuchBoard, with the names of
+    all lines, is raised otherwise. `among` are the lines that `every_line` has already found.
     """
     instance("name", name, str)
     lines = every_line(hub) if among is None else among

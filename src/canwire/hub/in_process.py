@@ -16,7 +16,7 @@ from canwire.hub.usual import usual_config
 
 
 def fresh_link(time: str, config: str | os.PathLike[str] | Config | None, name: str) -> LocalLink:
-    """To a hub of its own, which ends with the link."""
+    """A link to a new private hub, which ends with the link."""
     turns = Turns() if time == LOCKSTEP else None
     engine = Engine(World(usual_config(config), virtual=time == VIRTUAL, turns=turns), time)
     _RUNNING.add(engine)

@@ -1,4 +1,4 @@
-"""A hub as a process of its own, in the foreground."""
+"""A hub that runs as a separate process, in the foreground."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 _NOTE = "wall clock of hub time 0"
 _TRIES = 5
-_AGREEMENT_NS = 1_000_000  # a clock that was set or has drifted further apart than that is compared anew
+_AGREEMENT_NS = 1_000_000  # a clock that was set or has drifted further apart than that is compared once more
 
 
 def epoch_ns(hub: Hub) -> int:

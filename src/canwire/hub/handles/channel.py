@@ -32,7 +32,7 @@ _KIND_AT = 12  # byte of a record: 0 for frames, an EventKind for events
 class HubChannel(Filtered):
     """Queues of one client on a line: `set_up` makes them, `activate` connects them to the line.
 
-    `reading` and `writing` are the ends of its queues, for whoever wants to work in their memory; `receive`,
+    `reading` and `writing` are the ends of its queues, for programs that work in their memory; `receive`,
     `send` and their siblings do that for frames.
     """
 
@@ -45,7 +45,7 @@ class HubChannel(Filtered):
         self._swapping = threading.Lock()
 
     def set_up(self, mode: ChannelMode) -> None:
-        """Make the queues, or make them anew (what was in them is gone); the channel is inactive then."""
+        """Make the queues, or replace them (their contents are discarded); the channel is inactive then."""
         instance("mode", mode, ChannelMode)
         self.check()
         reply, (memory, *events) = self.hub.ask(m.SetUpChannel(self._handle, mode))
@@ -84,7 +84,7 @@ class HubChannel(Filtered):
         return self._writing
 
     def activate(self) -> LineStatus:
-        """From now on frames move, as far as the line runs; returns the line as it was at that moment.
+        """Start moving frames whenever the line runs; returns the line's status at that moment.
 
         Every change after that comes as an event, where the channel takes such. What happened between `open_channel`
         and this only the result can tell: the line may have been stopped. It leaves out how late the hub is.
@@ -109,20 +109,20 @@ class HubChannel(Filtered):
         return status
 
     def cancel(self, *, loaded: bool = True) -> int:
-        """Give up everything queued; how many at once. Without `loaded` those in the controller stay.
+        """Discard all queued frames; returns how many. Without `loaded` those in the controller stay.
 
-        A frame on the wire goes on; if it fails, a chip does not repeat it, and then it is given up, too.
+        A frame on the wire continues; if it fails, a chip does not repeat it but discards it, too.
         """
         return int(self.ask(m.CancelQueued(self._handle, loaded)).value)
 
     def pass_on(self, record: bytes) -> None:
-        """Hand a frame's record to the line's other channels that take siblings' frames as the bus's, at once."""
+        """Pass a frame's record immediately to the line's other channels that receive siblings' frames."""
         self.ask(m.PassOn(self._handle, record))
 
     def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
         """Queue a frame; `flags` are request bits of its info word.
 
-        Raises QueueFull if no room comes in `timeout` seconds (None: it waits for ever).
+        Raises QueueFull if no room comes in `timeout` seconds (None: no limit).
         `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
         """
         end = self.writing
@@ -149,7 +149,7 @@ class HubChannel(Filtered):
         return count
 
     def receive(self, timeout: float | None = 0) -> Frame | None:
-        """The oldest frame, or None when none comes in `timeout` seconds (None: wait for ever).
+        """The oldest frame, or None when none comes in `timeout` seconds (None: no limit).
 
         For a channel that takes frames only; with events use `receive_record`.
         """
@@ -221,7 +221,7 @@ class HubChannel(Filtered):
         return end
 
     def _drop_ends(self, reading: RingEnd | None = None, writing: RingEnd | None = None) -> None:
-        """These take the place of the present ones, which are closed; several threads may do that at once."""
+        """These take the place of the present ones, which are closed; several threads may do that simultaneously."""
         with self._swapping:
             before = self._reading, self._writing
             self._reading, self._writing = reading, writing

@@ -67,7 +67,7 @@ class Client(ClientTime):
 
     @property
     def copies(self) -> bool:
-        """Rings here are copies of the hub's: what is at their other ends is told by the hub's."""
+        """Rings here are copies of the hub's, and only the hub's show the state of the other ends."""
         return self._link.copies
 
     @property

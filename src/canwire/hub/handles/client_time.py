@@ -132,7 +132,7 @@ class ClientTime(ABC):
         return run(self, main)
 
     def time_state(self) -> m.TimeState:
-        """The time, who takes part in it, and why it does not pass, if anybody should know."""
+        """The time, the programs that take part in it, and why it does not pass if it stopped for long."""
         state: m.TimeState = self.call(m.GetTime())
         return state
 

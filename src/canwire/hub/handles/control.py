@@ -39,7 +39,7 @@ class Control(Filtered):
         self.ask(m.Stop(self._handle))
 
     def reset(self) -> None:
-        """Leave the bus at once, mid-frame if need be, and forget settings and filters."""
+        """Leave the bus immediately, even within a frame, and discard settings and filters."""
         self.ask(m.Reset(self._handle))
 
     def detect(

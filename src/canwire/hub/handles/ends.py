@@ -94,7 +94,7 @@ class RingEnd:
             self.rearm()
 
     def rearm(self) -> None:
-        """What is there now is told: ask the other side for a signal at the next occasion."""
+        """Request a signal from the other side for the next change: the present state is known."""
         if self.reads:
             self.ring.fill()
         else:
@@ -107,7 +107,7 @@ class RingEnd:
             self._arm()
 
     def wait(self, timeout: float | None) -> bool:
-        """Block until the threshold is met, at most `timeout` seconds (None: for ever); raises if the lease ends."""
+        """Block until the threshold is met, at most `timeout` seconds (None: no limit); raises if the lease ends."""
         if timeout is not None:
             timeout = nanoseconds("timeout", timeout) / 1e9
         self.lease.check()
@@ -158,7 +158,7 @@ class RingEnd:
         """Have the descriptor be readable while the threshold is met, or with `more`; not once the lease is over."""
         with self._lock:
             if self._closed or self.lease.over:
-                return  # what signalled that stays until it was told
+                return  # the cause of the signal stays until it was reported
             self._own.clear()
             if more or self._met():
                 self._own.signal()
@@ -185,7 +185,7 @@ class RingEnd:
         self.ring.close()
 
     def close(self) -> None:
-        """Whoever waits wakes up; a second time does nothing."""
+        """Wake up the threads that wait; a second call does nothing."""
         if self._over_told is not None and not self._closed:
             self._over_told()
             self._own.signal()

@@ -64,7 +64,7 @@ class Event:
             return wait_readable(self._descriptors(), 0)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Block until signalled, at most `timeout` seconds (None: for ever); False when the time is over.
+        """Block until signalled, at most `timeout` seconds (None: no limit); False when the time is over.
 
         Of several threads that wait for one signal of an auto-reset event one gets it. On a hub in virtual time
         the timeout is virtual, and waiting lets that time pass.
@@ -117,7 +117,7 @@ class Event:
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        """For whoever waits by other means: what this event is assigned to."""
+        """The object that this event is assigned to, for code that waits by other means."""
         return tuple(self._signals)
 
     def bind(self, signal: Signal) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Telling:
-    """The other end's event, where programs keep one time: the hub has to know that its program may go on."""
+    """The other end's event, where programs keep one time: the hub has to know that its program may continue."""
 
     def __init__(self, event: EventDescriptor, hub: Client) -> None:
         self._event = event

@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want a
     from canwire.hub.protocol.link import Link
 
 
-_PAGE = 64  # boards whose lines are asked for at once: a millisecond of the hub's work
+_PAGE = 64  # boards whose lines are requested together: a millisecond of the hub's work
 
 
 @answers_wrong_names
@@ -125,10 +125,10 @@ class Hub(Client):
         return Control(self, self.call(m.OpenControl(board, line, kin)).handle, board, line, kin)
 
     def recover(self, board: int, line: int, *, abort_pending: bool = False) -> None:
-        """Have a line that is bus-off begin again, with clean counters; nothing happens to one that is not.
+        """Return a line from bus-off to the bus, with clean counters; without effect on a line that is not bus-off.
 
-        Whoever has anything open on the line may ask for it, whoever has its control; else WrongState. With
-        `abort_pending` everything queued on the line is given up before.
+        Any program that has something open on the line may do this, also without its control; else WrongState. With
+        `abort_pending` all frames queued on the line are discarded first.
         """
         self.call(m.Recover(board, line, abort_pending))
 
@@ -161,7 +161,7 @@ class Hub(Client):
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
     def keep_settings(self, board: int, line: int) -> Lease:
-        """A line keeps its settings, and goes on if it runs, for as long as this is open; nobody is kept away."""
+        """A line keeps its settings, and keeps running if it runs, while this is open; other programs may use it."""
         return Lease(self, self.call(m.KeepSettings(board, line)).handle, f"settings of line {line}")
 
     def open_share(self, board: int, line: int, *, read: bool, write: bool, share: int = 3) -> Lease:

@@ -74,7 +74,7 @@ class LockstepKeeper:
             self._timed().leave()
 
     def rejoin(self) -> None:
-        """At its turn the program goes on."""
+        """At its turn the program continues."""
         if not self.lost:
             self._timed().join()
 

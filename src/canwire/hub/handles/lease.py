@@ -47,7 +47,7 @@ class Lease:
         return self._closed or self._gone is not None or self.hub.lost
 
     def end(self, why: Exception) -> None:
-        """For the hub: the other side has ended this lease; whoever waits on it wakes up."""
+        """For the hub: the other side has ended this lease; threads that wait on it wake up."""
         if self._gone is None:
             self._gone = why
 

@@ -10,7 +10,7 @@ from canwire.platform import Descriptor, EventDescriptor, close_descriptors, dup
 
 
 class LentMemory:
-    """A descriptor of its own for the memory of rings, kept for as long as somebody refers to this."""
+    """A separate descriptor for the memory of rings, open while this object is referenced."""
 
     def __init__(self, memory: Descriptor) -> None:
         (self.descriptor,) = duplicate((memory,))
@@ -38,4 +38,4 @@ class LentRing(NamedTuple):
     own: EventDescriptor
     """The other side signals this end by it."""
     peer: EventDescriptor | None
-    """Signals the other side, as does whoever writes eight bytes to its descriptor; None: it wants no signals."""
+    """Signals the other side, as writing eight bytes to its descriptor does; None: it wants no signals."""

@@ -46,7 +46,7 @@ class LinControl(Lease):
         self.ask(m.Stop(self.handle))
 
     def reset(self) -> None:
-        """Leave the bus at once, and forget settings and response table."""
+        """Leave the bus immediately, and discard settings and response table."""
         self.ask(m.Reset(self.handle))
 
     def send(self, frame: LinFrame) -> None:
@@ -69,7 +69,7 @@ class LinControl(Lease):
         self.ask(m.WakeLin(self.handle, True))
 
     def run_schedule(self, schedule: LinSchedule, rounds: int = 0) -> None:
-        """Master only: run this table in the hub, `rounds` times (0: for ever), in place of one that runs."""
+        """Master only: run this table in the hub, `rounds` times (0: no limit), in place of one that runs."""
         self.ask(m.RunSchedule(self.handle, schedule, rounds))
 
     def stop_schedule(self) -> None:
@@ -91,7 +91,7 @@ class LinControl(Lease):
         """Slave only: answer node configuration and identification from now on, in the hub, to any master.
 
         The frames of `attributes` are responses of the line (`respond`), which move to the identifiers that a master
-        assigns. It ends when the line is set up anew or reset. Raises WrongState, and Unsupported for attributes with
+        assigns. It ends when the line is next set up or reset. Raises WrongState, and Unsupported for attributes with
         functions (`data_dump`, `service`), which a hub cannot call.
         """
         instance("attributes", attributes, LinNodeAttributes)
@@ -138,7 +138,7 @@ class Monitor(Lease):
         self._swapping = threading.Lock()
 
     def set_up(self, mode: LinMonitorMode) -> None:
-        """Make the queue, or make it anew (what was in it is gone); the monitor is inactive then."""
+        """Make the queue, or replace it (its contents are discarded); the monitor is inactive then."""
         self.check()
         reply, (memory, *event) = self.hub.ask(m.SetUpMonitor(self.handle, mode))
         heard = EventDescriptor.adopt(*event)
@@ -160,7 +160,7 @@ class Monitor(Lease):
         return self._reading
 
     def activate(self) -> LinLineStatus:
-        """From now on messages come, as far as the line runs; returns the line as it was at that moment.
+        """Start receiving messages whenever the line runs; returns the line's status at that moment.
 
         It leaves out how late the hub is.
         """
@@ -176,7 +176,7 @@ class Monitor(Lease):
         return status
 
     def receive(self, timeout: float | None = 0) -> LinFrame | LinEvent | None:
-        """The oldest message, or None when none comes in `timeout` seconds (None: wait for ever)."""
+        """The oldest message, or None when none comes in `timeout` seconds (None: no limit)."""
         end = self.reading
         if not end.ring.fill():
             self.check()
@@ -202,7 +202,7 @@ class Monitor(Lease):
         self._drop_end()
 
     def _drop_end(self, reading: RingEnd | None = None) -> None:
-        """This takes the place of the present one, which is closed; several threads may do that at once."""
+        """This takes the place of the present one, which is closed; several threads may do that simultaneously."""
         with self._swapping:
             before, self._reading = self._reading, reading
         if before is not None:

@@ -32,7 +32,7 @@ class Scheduler(Lease):
     ) -> int:
         """Index of the new object. `record` is its frame (values/record.py), request bits included; cycle in ticks.
 
-        To the channel `owner` of this hub connection its frames are its own.
+        The channel `owner` of this hub connection receives the frames as its own, not as a sibling's.
         """
         channel = 0 if owner is None else owner.handle
         return int(self.ask(m.AddCyclic(self._handle, record, cycle, increment, byte_index, channel)).value)
@@ -45,11 +45,11 @@ class Scheduler(Lease):
         self.ask(m.RemoveCyclic(self._handle, index))
 
     def start(self, index: int, count: int = 0) -> None:
-        """`count` times, 0: for ever."""
+        """Send it `count` times, 0: until it is stopped."""
         self.ask(m.StartCyclic(self._handle, index, count))
 
     def start_in_turn(self, indices: Sequence[int], counts: Sequence[int], step: int) -> None:
-        """The first one in the next tick, the others each `step` ticks later; a count of 0: for ever.
+        """The first one in the next tick, the others each `step` ticks later; a count of 0: until it is stopped.
 
         Raises WrongState for a list that does not run.
         """

@@ -146,7 +146,7 @@ class Timed:
         return self._await_turn(until_ns)
 
     def wait_once(self, timeout: float | None) -> None:
-        """Until anything is signalled to this program, at most so many seconds: whoever waits looks again then."""
+        """Wait until this program gets a signal, at most that many seconds; threads that wait then check again."""
         end_ns = _NEVER if timeout is None else self.now_ns() + nanoseconds("timeout", timeout)
         self._await_turn(end_ns)
 
@@ -161,7 +161,7 @@ class Timed:
         self._stir_hub()
 
     def lost(self) -> None:
-        """The connection has ended: whoever waits by its page sees that."""
+        """The connection has ended: show that to threads that wait by its page."""
         if self._page is not None:
             self._page.end()
 
@@ -170,7 +170,7 @@ class Timed:
         self._client.call(m.LeaveTime(self._place().number))
 
     def join(self) -> None:
-        """At its turn this thread goes on, and time waits for it."""
+        """At its turn this thread continues, and time waits for it."""
         self._joined(self._place())
 
     def _joined(self, place: Place) -> str:
@@ -198,7 +198,7 @@ class Timed:
     def _await_turn(self, until_ns: int) -> int:
         place = self._place()
         seat = place.seats.get(self._hub) or self._seat(place, self._hub)
-        seat.now_ns = None  # for whoever is interrupted meanwhile
+        seat.now_ns = None  # in case the thread is interrupted meanwhile
         page = seat.page
         until_ns = min(until_ns, _NEVER)
         now_ns = None if page is None else page.wait(until_ns)

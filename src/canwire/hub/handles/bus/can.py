@@ -19,7 +19,7 @@ _PROVOKED = {"stuff": "receivers", "form": "receivers", "crc": "receivers", "bit
 class CanBusFaults(BusFaults):
     """Lines are named "HW000001:1". `seen_by` is "all", "receivers", "sender", a line or several.
 
-    `at` is a place, a time of the hub in ns, or None: at once. `times` is how often it strikes (None: for ever).
+    `at` is a place, a time of the hub in ns, or None (immediately). `times` is how often it occurs (None: no limit).
     """
 
     def place(
@@ -65,7 +65,7 @@ class CanBusFaults(BusFaults):
         )
 
     def noise(self, bit_error_rate: float, **stay: Unpack[FaultStay]) -> HubFault:
-        """Everybody reads each bit of a frame wrong with this probability; several noises add up."""
+        """Every node reads each bit of a frame wrong with this probability; several noises add up."""
         return self._set(f.Noise(bit_error_rate), stay)
 
     def hold(
@@ -78,7 +78,7 @@ class CanBusFaults(BusFaults):
         times: int | None = 1,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """Hold the bus "dominant" or "recessive" for so many bits; None: stuck, as long as the fault is there."""
+        """Hold the bus "dominant" or "recessive" for `bits` bit times; None: until the fault ends."""
         return self._set(f.Hold(level, at, bits, _seen(seen_by), times), stay)
 
     def play(
@@ -90,7 +90,7 @@ class CanBusFaults(BusFaults):
         times: int | None = 1,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
+        """Force one level a bit: "0" dominant, "1" recessive, "-" leaves the bit as it is."""
         return self._set(f.Play(levels, at, _seen(seen_by), times), stay)
 
     def glitch(
@@ -104,7 +104,7 @@ class CanBusFaults(BusFaults):
         times: int | None = 1,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
+        """Force a level for `width_ns`, shorter or longer than a bit, starting `from_ns` after the place or time."""
         return self._set(f.Glitch(level, at, from_ns, width_ns, _seen(seen_by), times), stay)
 
     def move_edge(
@@ -129,11 +129,11 @@ class CanBusFaults(BusFaults):
         return self._set(f.Drift(line, ppm), stay)
 
     def wrong_rate(self, line: str, bit_rate: int, **stay: Unpack[FaultStay]) -> HubFault:
-        """A line that is set up runs at this rate (bit/s) in place of the one it was told."""
+        """A line that is set up runs at this rate (bit/s) in place of the one it was set to."""
         return self._set(f.WrongRate(line, bit_rate), stay)
 
     def cable(self, length_m: float, *, node_delay_ns: float = 0.0, **stay: Unpack[FaultStay]) -> HubFault:
-        """The cable is so long, and each isolated node adds so much delay one way; the latest cable counts."""
+        """Set the cable's length and the delay one way that each isolated node adds; the latest cable counts."""
         return self._set(f.Cable(length_m, node_delay_ns), stay)
 
     def babble(
@@ -146,9 +146,9 @@ class CanBusFaults(BusFaults):
         times: int | None = None,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """A node more sends a frame again and again, `gap` seconds apart; with identifier 0 nobody else gets a word in.
+        """An additional node repeats a frame, `gap` seconds apart; with identifier 0 it can block all other nodes.
 
-        It is a node as any: it acknowledges, and errors may bring it to bus-off.
+        It acknowledges frames as other nodes do, and errors may bring it to bus-off.
         """
         if not 0 <= gap < 1e6:
             raise BadValue(f"gap {gap!r}: seconds, not negative")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class HubFault(Lease):
     """It ends when it is used up, when its time is over, at `cancel`, and with this connection to the hub.
 
-    A persistent one outlives the connection, and stays until somebody clears it.
+    A persistent one outlives the connection, and stays until a program clears it.
     """
 
     def __init__(self, hub: Client, handle: int, bus: str) -> None:
@@ -24,21 +24,21 @@ class HubFault(Lease):
         self._last: FaultInfo | None = None
 
     def info(self) -> FaultInfo:
-        """What it is, and what it did so far; after `cancel` what it had done by then."""
+        """The fault and its effects so far; after `cancel`, its effects up to then."""
         return self._last or self._told(m.GetFault(self._handle))
 
     @property
     def struck(self) -> int:
-        """How often it has struck."""
+        """How often it has occurred."""
         return self.info().struck
 
     @property
     def times_left(self) -> int | None:
-        """How often it still will; 0 when it is over, None: without end."""
+        """How often it will still occur; 0 when it is over, None: no limit."""
         return self.info().times_left
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is over, at most `timeout` seconds of the hub's time (None: for ever); False if it is not.
+        """Wait until it is over, at most `timeout` seconds of the hub's time (None: no limit); False if it is not.
 
         In virtual time, waiting lets that time pass.
         """
@@ -48,7 +48,7 @@ class HubFault(Lease):
         return bool(self._told(m.AwaitFault(self._handle, span_ns)).over)
 
     def cancel(self) -> None:
-        """Take it back, also a persistent one; a second time does nothing."""
+        """Remove the fault, even a persistent one; a second call does nothing."""
         if self._last is None:
             self._last = self._told(m.CancelFault(self._handle))
             self.close()

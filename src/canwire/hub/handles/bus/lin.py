@@ -10,18 +10,18 @@ from canwire.hub.protocol import fault_messages as f
 
 
 class LinBusFaults(BusFaults):
-    """`frame_id` chooses frames (None: any), `times` is how often it strikes (None: for ever)."""
+    """`frame_id` chooses frames (None: any), `times` is how often it occurs (None: no limit)."""
 
     def checksum(
         self, frame_id: int | None = None, *, times: int | None = 1, **stay: Unpack[FaultStay]
     ) -> HubFault:
-        """Whoever answers sends a checksum that fits neither model."""
+        """The responding node sends a checksum that fits neither model."""
         return self._frames("checksum", (), frame_id, times, stay)
 
     def no_response(
         self, frame_id: int | None = None, *, times: int | None = 1, **stay: Unpack[FaultStay]
     ) -> HubFault:
-        """Whoever would answer stays silent."""
+        """The node that should respond stays silent."""
         return self._frames("no_response", (), frame_id, times, stay)
 
     def cut(
@@ -32,7 +32,7 @@ class LinBusFaults(BusFaults):
         times: int | None = 1,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """The response breaks off after so many bytes (0..8)."""
+        """The response breaks off after `octets` bytes (0..8)."""
         return self._frames("cut", (octets,), frame_id, times, stay)
 
     def stop_bit(
@@ -50,7 +50,7 @@ class LinBusFaults(BusFaults):
         times: int | None = 1,
         **stay: Unpack[FaultStay],
     ) -> HubFault:
-        """Noise inverts one bit (0..7) of this byte of the response for everybody, its sender included."""
+        """Noise inverts one bit (0..7) of this byte of the response for every node, its sender included."""
         return self._frames("flip", (octet, bit), frame_id, times, stay)
 
     def parity(
@@ -62,7 +62,7 @@ class LinBusFaults(BusFaults):
     def short_break(
         self, bits: int = 10, frame_id: int | None = None, *, times: int | None = 1, **stay: Unpack[FaultStay]
     ) -> HubFault:
-        """The master's break has so many bits (1..60); slaves want 11 of their own."""
+        """The master's break has `bits` bits (1..60); slaves need at least 11 of their bit times."""
         return self._frames("short_break", (bits,), frame_id, times, stay)
 
     def sync(

@@ -1,4 +1,4 @@
-"""What setting faults on CAN and on LIN buses has in common."""
+"""The common part of setting faults on CAN and on LIN buses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FaultStay(TypedDict, total=False):
 
 
 class BusFaults:
-    """Faults on one bus of a hub, everybody's. Methods raise BadValue, NoSuchBoard for what no fault can be."""
+    """All programs' faults on one bus of a hub. Methods raise BadValue, NoSuchBoard for arguments that do not fit."""
 
     def __init__(self, hub: Client, bus: str) -> None:
         self._hub = hub
@@ -42,7 +42,7 @@ class BusFaults:
         return int(self._hub.call(m.ClearFaults(self._bus, whose)).value)
 
     def disconnect(self, line: str, *, lasting: float | None = None, persistent: bool = False) -> HubFault:
-        """Pull a line's plug: it is alone on its own stub, at once, in mid-frame if need be; `cancel` puts it back."""
+        """Pull a line's plug: it is alone on its stub immediately, even within a frame; `cancel` reconnects it."""
         return self._set(f.Disconnect(line), {"lasting": lasting, "persistent": persistent})
 
     def _set(self, fault: f.Fault, stay: FaultStay) -> HubFault:
