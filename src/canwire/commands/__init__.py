@@ -2,7 +2,7 @@
 
 A verb's module has two functions, `add_arguments(parser)` and `run(arguments) -> int`; the table
 below names it. Exit status: what `run` returns; 2 for a mistake, one line on stderr; 130 after Ctrl-C, 143 after
-SIGTERM, 129 after SIGHUP (but for verbs whose regular end these are); 141 when whoever read the output has gone.
+SIGTERM, 129 after SIGHUP (but for verbs whose regular end these are); 141 when the reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ VERBS = {
         "canwire.commands.candrv.verb",
         "CanTestSuite of F&S boards, the registry of their driver, devices as terminals",
     ),
-    "fault": Verb("canwire.commands.fault.verb", "have something go wrong on a bus of the hub"),
+    "fault": Verb("canwire.commands.fault.verb", "inject a fault into a bus of the hub"),
     "campaign": Verb("canwire.commands.campaign.verb", "play a function with a lab thousands of times"),
     "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
     "timing": Verb(

@@ -1,4 +1,4 @@
-"""`canwire bits`: a frame as it stands on the wire, bit by bit.
+"""`canwire bits`: a frame as it is on the wire, bit by bit.
 
 canwire bits 123#DEADBEEF                     fields, stuff bits in (), CRC, duration, and a drawing
 canwire bits 123##1AABB --data-bit-rate 4000000

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class Demo:
-    """The network, its story, and the trace of both. `story` has what `tell` was told, with its time."""
+    """The network, its story, and the trace of both. `story` contains what `tell` was called with, and its time."""
 
     def __init__(self, time: str, coding: Coding, *, quiet: bool) -> None:
         self.story: list[dict[str, Any]] = []

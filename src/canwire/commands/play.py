@@ -1,19 +1,19 @@
-"""`canwire play`: the frames of a log, of any format, on a bus, at their times.
+"""`canwire play`: send the frames of a log, in any format, on a bus at their times.
 
-canwire play drive.log can0                        onto a shared line: everybody on can0 hears it
+canwire play drive.log can0                        onto a shared line: every node on can0 receives it
 canwire play drive.blf can0 --speed 10             ten times as fast; 0: as fast as the bus takes them
 canwire play drive.log --map can0=can1,can1=can0   the log's can0 onto the line can1, its can1 onto can0
 canwire play drive.log can0 --loop 3               three times; --loop alone: until Ctrl-C; -s 2: no longer pauses
 canwire play drive.log can0 --filter 100:700       frames 100 to 1FF only
-canwire play drive.log                             onto a bus of its own, as fast as it goes, with a summary at the end
+canwire play drive.log                             onto a private bus, as fast as possible, with a summary at the end
 canwire play drive.log --time real                 the same at the speed of the wall clock
 canwire play drive.log --log rx.log --vcd out.vcd  what a node on that bus received, and the level of the wire
 
 A frame is due at its time stamp, counted from the log's first; the bus then decides when it goes. LINE=CHANNEL plays
 one channel of the log onto a line, as canplayer has it: `can1=can0` is --map can0=can1.
-Every identifier has a node of its own, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
-they take turns at up to 64 nodes. With --vcd, which looks at every bit of every node, one node sends them all unless
---senders each asks for that.
+A separate node sends each identifier, as in a car, so frames that are due together arbitrate; beyond 256 identifiers
+they take turns at up to 64 nodes. With --vcd, which examines every bit of every node, one node sends all frames unless
+--senders each is given.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shared.add_argument(
         "-t", dest="speed", action="store_const", const=0.0, help="without the log's times: --speed 0"
     )
-    shared.add_argument("-g", "--gap", type=float, metavar="MS", help="a pause behind every frame, with -t")
+    shared.add_argument("-g", "--gap", type=float, metavar="MS", help="a pause after every frame, with -t")
     shared.add_argument(
         "-s", "--skip", type=float, metavar="SECONDS", help="leave out pauses that are longer than this"
     )
@@ -86,7 +86,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_rounds,
         const=0,
         metavar="N",
-        help="so often; N left out, or i: for ever",
+        help="play N times; without N, or with i: endlessly",
     )
     shared.add_argument(
         "--timeout",
@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     private.add_argument(
         "--senders",
         choices=("each", "one"),
-        help="each identifier has a node of its own (default), or one node sends them all (default with --vcd)",
+        help="a separate node for each identifier (default), or one node sends them all (default with --vcd)",
     )
 
 
@@ -116,7 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         return _run(arguments)
     except BrokenPipeError:
-        raise  # whoever read our output has gone: no mistake of the user's
+        raise  # the reader of our output has gone: no mistake of the user's
     except OSError as error:
         if is_full(error):
             raise
@@ -144,7 +144,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _rounds(text: str) -> int:
-    """How often the log is played: a number, or 0 for ever, which canplayer calls i."""
+    """How often the log is played: a number, or 0 for endlessly, which canplayer calls i."""
     return 0 if text == "i" else int(text)
 
 

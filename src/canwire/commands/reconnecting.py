@@ -1,4 +1,4 @@
-"""`--reconnect`: a verb that only watches or passes on goes on by itself once its hub is back.
+"""`--reconnect`: a verb that only watches or forwards continues by itself once its hub is back.
 
 For verbs that watch this is usual, where it is the hub that has gone; with the option itself also where a board has.
 """
@@ -28,7 +28,7 @@ def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = 
         )
     else:
         parser.add_argument(
-            "--reconnect", action="store_true", help="when the hub is gone, wait for it and go on"
+            "--reconnect", action="store_true", help="when the hub is gone, wait for it and continue"
         )
 
 
@@ -60,11 +60,11 @@ class Watch:
 
     @property
     def there(self) -> bool:
-        """As far as is known."""
+        """What is known of it."""
         return self.known and self._lost_s is None
 
     def lost(self, error: HubError | NoSuchBoard) -> None:
-        """It is gone, or not back yet; each reason is told once."""
+        """It is gone, or not back yet; each reason is shown once."""
         if self._lost_s is None:
             self._lost_s = self._clock_s()
         if str(error) != self._told:

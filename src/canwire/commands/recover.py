@@ -1,10 +1,10 @@
-"""`canwire recover`: have a line begin again after bus-off, whoever configured it.
+"""`canwire recover`: restart a line after bus-off, whichever program configured it.
 
 canwire recover HW000003:0        the line of that address
 canwire recover can0              every line on can0 that is bus-off
 
-The line leaves its bus and joins it again with clean counters. Nobody's control is needed or taken. What waited to be
-sent goes out then, unless its program gave it up. Exit status 1 if no line there was bus-off.
+The line leaves its bus and joins it again with clean counters. The line's control is neither needed nor taken. Frames
+that waited to be sent are sent then, unless their program cancelled them. Exit status 1 if no such line was bus-off.
 """
 
 from __future__ import annotations

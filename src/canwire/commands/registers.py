@@ -74,7 +74,7 @@ def _values(hub: Hub, board: BoardInfo, line: int) -> tuple[RegisterValue, ...]:
 
 
 def _follow(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
-    """On a terminal the whole table anew each time, elsewhere only the lines that changed."""
+    """On a terminal the whole table again each time, elsewhere only the lines that changed."""
     before: tuple[RegisterValue, ...] = ()
     pause = threading.Event()
     looks = 0

@@ -1,16 +1,16 @@
-"""`canwire send`: frames from a line, waiting until the bus has taken them.
+"""`canwire send`: send frames from a line and wait until they are delivered.
 
-canwire send can0 123#1122                    from the first line on can0 that nobody uses
-canwire send HW000001:0 123#1122 12345678#R   from this one, whoever uses it
+canwire send can0 123#1122                    from the first line on can0 that no program uses
+canwire send HW000001:0 123#1122 12345678#R   from this line, even if other programs use it
 canwire send can0 '123##1AABB' -n 10 --gap 0.1
 canwire send can0 EngineData EngineSpeed=1500 Ready=yes --db examples/engine.dbc     by name
 canwire send can0 EngineData -n 3 --db examples/engine.dbc --plugin examples.alive:alive
 
-With --db a message is its name and its signals: physical values, or the texts that the file gives them. Signals that
-are left out have the file's start values. E2E counters and checksums of the file are put in, and --plugin finishes
-messages as `canwire simulate` has it; with -n they go on from frame to frame.
+With --db, FRAME is a message name followed by signal values: physical values, or the texts that the file defines for
+them. Omitted signals get the file's start values. E2E counters and checksums that the file describes are filled in, and
+--plugin completes messages as in `canwire simulate`. With -n, counters continue from frame to frame.
 
-Exit status 1 if frames were not delivered: a frame counts once another controller acknowledged it.
+Exit status 1 if frames were not delivered. A frame is delivered when another controller has acknowledged it.
 """
 
 from __future__ import annotations

@@ -1,15 +1,16 @@
 """`canwire serve`: a hub in the foreground; any number of programs then share its boards.
 
-canwire serve                                   on this user's usual socket, where canwire.connect() looks
-canwire serve --socket ./bench --time fast      on a socket of its own; the buses do not wait for the clock
+canwire serve                                   on this user's default socket, which canwire.connect() uses
+canwire serve --socket ./bench --time fast      on this socket; the buses do not wait for the clock
 canwire serve --config canwire.toml             these buses and boards
 canwire serve --time lockstep --programs 5      one virtual time for five programs, each started with CANWIRE_TIMED=1
 canwire serve --dongle                          with a CANBUS dongle on a pseudo terminal
 canwire serve --socketcand                      for Kayak, SavvyCAN and python-can's socketcand, too
 canwire serve --network                         offered to other machines, too (see canwire offer)
 
-One line says when it is ready; before that, stderr has a line for everything unusual about the buses, such as a cable
-that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the socket is removed, and every client gets HubLost.
+A line on stdout reports that the hub is ready. Before that, stderr has a line for everything unusual about the buses,
+such as a cable that is too long. SIGTERM, SIGHUP and Ctrl-C end it: the
+socket is removed, and every client gets HubLost.
 Without --config: the file that CANWIRE_CONFIG names, else ./canwire.toml if there is one, else a default.
 Under systemd (Type=notify) it reports when it is ready and when it stops.
 """
@@ -161,7 +162,7 @@ def _dongle(link: str, address: str | None) -> contextlib.AbstractContextManager
 
 @contextlib.contextmanager
 def _verb(name: str, *words: str, hub: str | None) -> Iterator[None]:
-    """A process of its own runs it: what it parses takes no time from the buses."""
+    """A separate process runs it: what it parses takes no time from the buses."""
     address = hub or canwire.default_address()
     with subprocess.Popen([sys.executable, "-m", "canwire", name, *words, "--hub", address]) as process:
         yield

@@ -1,11 +1,11 @@
-"""`canwire share`: put real adapters on the hub, so that any number of programs use them at once.
+"""`canwire share`: put real adapters on the hub, so that any number of programs can use them together.
 
 canwire share /dev/ttyUSB0                          a CANBUS dongle or another serial adapter; COM3 on Windows
-canwire share socket://192.168.0.7:4001             one behind a serial server, or `canwire slcan --tcp`
+canwire share socket://192.168.0.7:4001             an adapter at a serial server, or `canwire slcan --tcp`
 canwire share "?serial=A123"                        the one with that serial number, wherever it is
-canwire share slcan-fd:/dev/ttyACM0                 one that knows CAN FD (CANable's letters)
+canwire share slcan-fd:/dev/ttyACM0                 an adapter that supports CAN FD (CANable's letters)
 canwire share python-can:pcan/PCAN_USBBUS1 --bit-rate 250000
-canwire share python-can:gs_usb/0 --bit-rate 500000  the first candleLight; its serial number may stand for the 0
+canwire share python-can:gs_usb/0 --bit-rate 500000  the first candleLight; its serial number may replace the 0
 
 Where no hub is running, this becomes one until Ctrl-C. With --bit-rate the lines are started and keep running;
 without it the first program that uses a line starts it. An adapter that cannot be opened ends this with its reason and

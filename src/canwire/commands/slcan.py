@@ -6,9 +6,10 @@ canwire slcan --tcp 127.0.0.1:5000           for socket://127.0.0.1:5000; this m
 canwire slcan --serial /dev/ttyUSB0          on a serial port (needs canwire[hardware])
 canwire slcan --pty a --pty b                two dongles; the second one's serial number is the next
 
-Each dongle is a board of its own on the hub; without a hub one runs in this process. One line tells where each is.
-SIGTERM and Ctrl-C pull them out again and report what was lost; the board of a killed one goes, too. The usual links,
-and what Z has chosen for each serial number, are in $XDG_STATE_HOME/canwire (~/.local/state/canwire).
+Each dongle is a separate board on the hub; without a hub, a hub runs in this process. A line shows where
+each dongle is. SIGTERM and Ctrl-C unplug the dongles and report what was lost; a killed process's boards are
+removed, too. The default links, and the setting of Z for each serial number, are in
+$XDG_STATE_HOME/canwire (~/.local/state/canwire).
 
 On a pseudo terminal a host can write faster than on any serial line, and then finds the queue of eight full (BELL);
 --pace 115200 takes its bytes as such a line would. A hub in lockstep has dongles while its time is held to the clock

@@ -1,4 +1,4 @@
-"""`canwire stop`: take a line off its bus; whoever uses it sees it stop.
+"""`canwire stop`: take a line off its bus; the programs that use it see it stop.
 
 canwire stop HW000001:0
 canwire stop can0              every line on can0

@@ -1,10 +1,10 @@
-"""`canwire up`: set a line up and start it; it goes on when this command has ended, until `canwire stop`.
+"""`canwire up`: set a line up and start it; it keeps running after this command, until `canwire stop`.
 
-canwire up can0                               the first line on can0 that nobody uses
+canwire up can0                               the first line on can0 that no program uses
 canwire up HW000001:0 --bit-rate 250000       this one, at 250 kbit/s
 
-A line that was set up and stopped goes on as it was set up, unless other rates are asked for. Exit status 1 if its
-adapter keeps it from its bus, with the reason; it is started all the same, and takes part once the adapter does.
+A line that was set up and stopped keeps its settings, unless other rates are given. If its adapter keeps the line off
+its bus, the reason is shown and the exit status is 1; the line is started all the same, and joins the bus once it can.
 """
 
 from __future__ import annotations

@@ -20,6 +20,6 @@ def ini_encoding(path: Path) -> str:
 
 
 def ini_text(path: Path) -> str:
-    """What stands in the file; bytes that are no characters come back as they were. Raises OSError."""
+    """The contents of the file; bytes that are no characters come back as they were. Raises OSError."""
     encoding = ini_encoding(path)
     return path.read_text(encoding if encoding == _WINDOWS else _UTF_8, errors="surrogateescape")

@@ -32,7 +32,7 @@ _PATIENCE_S = 1.0  # for room in the driver's queue
 
 
 def banner(version: tuple[int, int], config: HardConfig, *, before: bool) -> list[str]:
-    """What stands over a trace; `before`: somebody had initialised the controller."""
+    """The heading of a trace; `before`: somebody had initialised the controller."""
     number = f"{version[0]}.{version[1]}"
     return [
         TITLE,
@@ -56,7 +56,7 @@ def clock() -> str:
 
 
 class Trace:
-    """Lines: the last 800 messages and what stands between them. `show` gets each line, as does the file.
+    """Lines: the last 800 messages and the lines between them. `show` gets each line, as does the file.
 
     `clock` gives the time as hh:mm:ss.
     """

@@ -75,7 +75,7 @@ class SpyScreen(Window):
         self.spy.check()
 
     def action_trace(self) -> None:
-        """Control/Trace: pause, or go on."""
+        """Control/Trace: pause, or continue."""
         self.guarded(self.spy.toggle)
         self._tell()
 

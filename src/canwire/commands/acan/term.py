@@ -51,7 +51,7 @@ class Terminal:
         self.driver = driver
         self.local, self.remote = local, remote
         self.echo, self.loop = echo, loop
-        self.complaints: list[str] = []  # whoever shows them takes them out
+        self.complaints: list[str] = []  # the screen that shows them removes them
         self._woken = woken
         self._block: TaskBlock | None = None
 

@@ -107,7 +107,7 @@ def copy(terminal: Terminal, bell: Bell, greeting: str, silence_s: float | None)
 
 
 def follow(spy: Spy, bell: Bell, count: int | None) -> None:
-    """Take in what comes until so many messages were shown (None: for ever); raises HubLost, Unplugged."""
+    """Take in what comes until so many messages were shown (None: without end); raises HubLost, Unplugged."""
     sys.stdout.flush()
     for _ in turns(bell, spy.check):
         spy.take(None if count is None else count - spy.trace.taken)

@@ -1,4 +1,4 @@
-"""WCT without its screen: WCT.INI, and settings that take effect at once.
+"""WCT without its screen: WCT.INI, and settings that take effect immediately.
 
     [WCT]
     Clock=16000
@@ -158,7 +158,7 @@ class Wct:
         self.terminal.close()
 
     def apply(self, settings: Settings) -> None:
-        """At once. Raises what `start` raises; then everything is as it was."""
+        """Immediately. Raises what `start` raises; then everything is as it was."""
         before = self.settings
         hardware = replace(settings, target=before.target, echo=before.echo, loop=before.loop)
         if hardware != before:

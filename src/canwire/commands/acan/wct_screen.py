@@ -93,7 +93,7 @@ class WctScreen(Window):
             self.push_screen(Dialog("CAN", fields, self._apply))
 
     def _apply(self, values: Mapping[str, str]) -> None:
-        """At once, and into the file."""
+        """Immediately, and into the file."""
         settings = Settings.of_texts({name.lower(): value for name, value in values.items()})
         self.wct.apply(settings)
         self._tell()

@@ -28,7 +28,7 @@ class Menu(NamedTuple):
 
 
 class Field(NamedTuple):
-    """An entry of a dialog; the hint stands below while it has the focus."""
+    """An entry of a dialog; the hint is below while it has the focus."""
 
     title: str
     value: str
@@ -95,7 +95,7 @@ class PullDown(ModalScreen[str]):
 
 
 class Dialog(ModalScreen[bool]):
-    """Fields to fill in; Enter hands them to `done`, and what that refuses stands below them. Escape gives up.
+    """Fields to fill in; Enter hands them to `done`, and what that refuses is shown below them. Escape cancels.
 
     `earlier` are values to choose the first field from.
     """

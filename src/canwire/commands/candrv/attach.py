@@ -157,7 +157,7 @@ class Terminal:
                 pending = b""
 
     def write(self, text: bytes) -> None:
-        """An event for whoever reads; waits for room while somebody has it open."""
+        """An event for the reader; waits for room while somebody has it open."""
         poll = select.poll()
         poll.register(self._ours, select.POLLOUT)
         while text and not self._left.is_set():

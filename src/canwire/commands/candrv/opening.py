@@ -31,7 +31,7 @@ class Failure(Exception):
 
 
 def say(line: str) -> None:
-    """A line for whoever reads the program's output."""
+    """A line for the reader of the program's output."""
     print(line, flush=True)
 
 

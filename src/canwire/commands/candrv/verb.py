@@ -7,7 +7,7 @@ canwire candrv mon -f log                        CanMon: every event of the bina
 canwire candrv install                           register CID1: with the manual's defaults; `remove CID1:`
 canwire candrv registry set CID1: Baudrate 500000   also list, get, delete, defaults, import board.reg
 canwire candrv active                            which drivers are loaded, with what, on which port
-canwire candrv restart CID1:                     load the driver anew, with what the registry says now
+canwire candrv restart CID1:                     reload the driver with the registry's present values
 canwire candrv attach CID1: /tmp/can             `echo "731 0 4 11 22 33 44" > /tmp/can` sends, `cat /tmp/can` shows
 
 The programs take the manual's switches (-h or -? shows them) and --hub, and exit with its codes: 0 success, 1 the
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub.set_defaults(candrv_verb=getattr(registry, name))
     _add_registry(verbs.add_parser("registry", help="what devices are started with"))
     _add_restart(
-        verbs.add_parser("restart", help="load a device's driver anew, with what the registry says now")
+        verbs.add_parser("restart", help="reload a device's driver with the registry's present values")
     )
     _add_active(
         verbs.add_parser("active", help="which drivers are loaded, with what, on which port of which board")

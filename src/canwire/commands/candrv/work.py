@@ -1,4 +1,4 @@
-"""Work with a handle in a thread of its own, so that Ctrl-C and SIGTERM never hit in the middle of it."""
+"""Work with a handle in a separate thread, so that Ctrl-C and SIGTERM never hit in the middle of it."""
 
 from __future__ import annotations
 

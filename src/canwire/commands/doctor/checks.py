@@ -1,4 +1,4 @@
-"""What is well, what is worth knowing, what has to be mended, and how: one finding for each."""
+"""What is well, what is worth knowing, what must be repaired, and how: one finding for each."""
 
 from __future__ import annotations
 

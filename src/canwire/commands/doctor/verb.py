@@ -1,10 +1,10 @@
-"""`canwire doctor`: looks for what keeps canwire from working on this machine, and says how to mend it.
+"""`canwire doctor`: find what keeps canwire from working on this machine, and how to repair it.
 
 canwire doctor             everything: core, extras, adapters and rights to them, hubs, limits, clock
-canwire doctor --problems  only what has to be mended
+canwire doctor --problems  only what must be repaired
 canwire doctor --json      an object for each finding, for programs
 
-Nothing is changed, and no adapter is opened. Exit status 1 if something has to be mended.
+Nothing is changed, and no adapter is opened. Exit status 1 if something must be repaired.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _MARKS = {OK: ("ok", GREEN), NOTE: ("note", YELLOW), PROBLEM: ("PROBLEM", RED)}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
-    parser.add_argument("--problems", action="store_true", help="only what has to be mended")
+    parser.add_argument("--problems", action="store_true", help="show only what must be repaired")
     parser.add_argument("--json", action="store_true", help="print JSON, an object for each finding")
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what is found; 1 if something has to be mended."""
+    """Print what is found; 1 if something must be repaired."""
     found = examined(gathered(arguments.hub))
     for finding in found:
         if finding.level == PROBLEM or not arguments.problems:

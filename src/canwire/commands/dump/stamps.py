@@ -23,7 +23,7 @@ class Stamps:
         self._from_ns: int | None = None
 
     def text(self, time_ns: int) -> str:
-        """What stands in front of the line of this time on the hub, in parentheses."""
+        """The text in parentheses before a line with this time of the hub."""
         if self._kind == "a":
             return f"({_decimal(time_ns + self._epoch_ns, 10)})"
         if self._kind == "A":

@@ -1,10 +1,10 @@
-"""`canwire dump`: what happens on a line, as candump prints it.
+"""`canwire dump`: show the frames on a line, as candump prints them.
 
-canwire dump can0                     the first line on that bus; it is started if nobody did
+canwire dump can0                     the first line on that bus; it is started if it does not run
 canwire dump can0 HW000002:1          several lines; any: one of every bus
 canwire dump HW000001:0 -e            errors and changes of state as well, with a line in words
 canwire dump can0 -l -n 1000 > log    in the form of a log (candump -l), 1000 frames
-canwire dump can0 -T 2                until nothing has been heard for two seconds; --seconds 2: after two
+canwire dump can0 -T 2                end after two seconds without frames; --seconds 2: after two seconds
 canwire dump can0 -t d                each line with the time since the one before; -t h: the bus's own clock
 canwire dump can0 -a -x               data as characters, too; RX or TX, B for the fast rate, E for error passive
 canwire dump can0 -s 2 --seconds 1    no lines, only the numbers at the end; -s 1: a sign that turns; -S: swapped bytes
@@ -14,8 +14,8 @@ canwire dump can0 --db car.dbc        with names and signals, by a database; --m
 canwire dump can0 --json -e           an object a line, for programs
 canwire dump can0 --pcapng now.pcapng    packets, for Wireshark; live: --pcapng - | wireshark -k -i -
 
-Frames that the line itself sends are shown as well. At the end, after Ctrl-C too, stderr says how many frames were
-shown, how many were lost because they were not read in time, and how many errors the line has seen: of all and of each.
+Frames that the line itself sends are shown as well. At the end, also after Ctrl-C, stderr shows how many frames were
+shown, how many were lost because they were not read in time, and how many errors the line saw, in total and by kind.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="with --db: show this message only; again: or it",
+        help="with --db: show this message only; repeat it for several",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, one object a line")
     parser.add_argument(
@@ -116,7 +116,7 @@ def _add_extras(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-r", "--room", type=int, metavar="BYTES", help="for frames that wait, 80 bytes each")
     parser.add_argument(
-        "-D", dest="stays", action="store_true", help="go on where a line stops; it always does"
+        "-D", dest="stays", action="store_true", help="continue when a line stops; canwire always does"
     )
     parser.add_argument(
         "-8", "--raw-dlc", action="store_true", help="show length codes above 8 of classic frames"

@@ -126,7 +126,7 @@ CAN_KINDS = {
 }
 LIN_KINDS = {
     "checksum": Kind("LIN: wrong checksums", o.for_lin(), _octet("checksum")),
-    "no-response": Kind("LIN: whoever would answer stays silent", o.for_lin(), _octet("no_response")),
+    "no-response": Kind("LIN: the node that would answer stays silent", o.for_lin(), _octet("no_response")),
     "cut": Kind("LIN: responses break off", o.for_lin("octets"), _octet("cut", "octets")),
     "stop-bit": Kind("LIN: a byte's stop bit is dominant", o.for_lin("octet"), _octet("stop_bit", "octet")),
     "flip-octet": Kind(

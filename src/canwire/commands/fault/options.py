@@ -44,7 +44,7 @@ def _add_at(parser: Parser, example: str = "eof:2") -> None:
     parser.add_argument(
         "--at",
         metavar="PART:BIT",
-        help=f"a place as docs/faults.md names them: {example}, intermission:1 (default: at once)",
+        help=f"a place as docs/faults.md names them: {example}, intermission:1 (default: immediately)",
     )
     parser.add_argument("--of", metavar="LINE", help="whose bits are counted (default: the sender's)")
     _add_id(parser)
@@ -130,7 +130,7 @@ def for_drift(parser: Parser) -> None:
 def for_rate(parser: Parser) -> None:
     """rate"""
     for_line(parser)
-    parser.add_argument("bit_rate", type=int, metavar="BIT/S", help="in place of the one it was told")
+    parser.add_argument("bit_rate", type=int, metavar="BIT/S", help="in place of the configured one")
 
 
 def for_cable(parser: Parser) -> None:

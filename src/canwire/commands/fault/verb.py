@@ -1,19 +1,19 @@
-"""`canwire fault`: have something go wrong on a bus of the hub, for every program there.
+"""`canwire fault`: inject a fault into a bus of the hub, for every program that uses it.
 
 canwire fault can0 flip --id 123 --bit 20 --times 3    the next three frames 123 are disturbed
 canwire fault can0 inject crc --times 0                every frame, until Ctrl-C
 canwire fault can0 noise --rate 1e-4 --for 2           bits read wrong, for two seconds
 canwire fault can0 short --for 0.01                    the wires touch for 10 ms
 canwire fault can0 unplug HW000001:1                   pull a line's plug, until Ctrl-C
-canwire fault can0 babble --id 0                       a node that lets nobody else get a word in
+canwire fault can0 babble --id 0                       a node that keeps all other nodes from sending
 canwire fault can0 hold dominant --at eof:2 --id 123   a level where and when it matters
-canwire fault can0 drift HW000001:0 20000 --stay       leave it so, and end at once
-canwire fault can0 --list                              everybody's faults, with who set them
-canwire fault can0 --clear                             take back what --stay left there
-canwire fault can0 flip --help                         all about one kind
+canwire fault can0 drift HW000001:0 20000 --stay       leave it so, and end immediately
+canwire fault can0 --list                              the faults of all programs, with the program that set each
+canwire fault can0 --clear                             remove the faults that --stay left
+canwire fault can0 flip --help                         the options of one kind
 
-It runs until the fault is used up (--times), its time is over (--for) or Ctrl-C, takes it back, and says how often it
-struck. With --stay it ends at once and the fault remains, for whoever wants, until it is used up or cleared.
+The command runs until the fault is used up (--times), its time is over (--for) or Ctrl-C. It then removes the fault and
+reports how often it occurred. With --stay it ends immediately, and the fault remains until it is used up or cleared.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub.add_argument(
             "--for", dest="lasting", type=float, metavar="SECONDS", help="end it after this time"
         )
-        sub.add_argument("--stay", action="store_true", help="leave the fault there, and end at once")
+        sub.add_argument("--stay", action="store_true", help="leave the fault active, and end immediately")
         sub.add_argument(
             "--json", action="store_true", default=argparse.SUPPRESS, help="print JSON, one object a line"
         )

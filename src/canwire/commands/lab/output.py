@@ -1,4 +1,4 @@
-"""A file that is written to: what goes wrong with it is told with its name."""
+"""A file that is written to: its errors are reported with its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nodes that send a log's frames: one for each identifier, as in a car, as far as a bus can carry them.
+"""The nodes that send a log's frames: one for each identifier, as in a car, up to what a bus can carry.
 
 What a bus does for a frame grows with its nodes. Where a log has more identifiers than MOST (J1939's sessions, a
 fuzzer's random ones), nodes take turns: each serves one identifier until its frames have gone out, then another. There

@@ -1,8 +1,8 @@
-"""`canwire lin`: watch a LIN line, send from one as its master, run a schedule, configure slaves, be one.
+"""`canwire lin`: watch a LIN line, send as its master, run a schedule, configure slaves, or act as a slave.
 
-canwire lin dump lin0                         the first line on that bus; started as slave if nobody did
+canwire lin dump lin0                         the first line on that bus; started as slave if it does not run
 canwire lin dump lin0 -e --ldf door.ldf       errors and state changes as well; values of signals
-canwire lin send lin0 10#0102 11#R4           as master: a frame, then a header for somebody to answer
+canwire lin send lin0 10#0102 11#R4           as master: a frame, then a header that a slave answers
 canwire lin schedule lin0 10#0102 11:4@10ms   slot after slot, while it runs; 11 is asked for 4 bytes
 canwire lin schedule lin0 --ldf door.ldf --table Normal --rounds 10
 canwire lin slave lin0 --nad 11 0=20#05       a slave with node configuration; 20 is its frame 0
@@ -13,8 +13,9 @@ canwire lin assign lin0 22 --frames 0:0E      identifier 0E for its frame 0
 canwire lin save lin0 22
 canwire lin request lin0 22 B2.00.FF7F.FFFF   any request through the transport layer
 
-Everything is shown as log lines: T behind what the line itself sent, R behind what it received. Sending takes the
-line's control: one at a time. Exit status: 1 if something that was sent was not seen on the bus, or a slave refused.
+Everything is shown as log lines: T after what the line itself sent, R after what it received. Sending takes the
+line's control, which one program can hold. Exit status 1 if something that was sent was not seen on the bus, or
+a slave refused.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""`canwire detect`: which bit rate a bus runs at, found by listening; nothing is sent and nothing destroyed.
+"""`canwire detect`: find the bit rate of a bus by listening; nothing is sent and no frame is disturbed.
 
-canwire detect can0                      through a line on can0 that nobody uses
+canwire detect can0                      through a line on can0 that no program uses
 canwire detect HW000001:0 --timeout 5    five seconds for each rate, where frames are rare
 canwire detect can0 --rate 83333         this rate as well; again: more of them
 canwire detect can0 --json               an object, for programs
 
-Rates are tried one after the other: a whole frame tells that one is right, an error that it is wrong. A line that is
-set up is put back as it was, and runs again if it ran. Exit status 1 if no rate fits, or nothing was heard.
+Rates are tried one after the other: a whole frame shows that a rate is right, an error that it is wrong. A line that is
+set up is put back as it was, and runs again if it ran. Exit status 1 if no rate fits, or nothing was received.
 """
 
 from __future__ import annotations

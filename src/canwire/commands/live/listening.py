@@ -1,4 +1,4 @@
-"""Several lines of a hub listened to at once, as records in the order of their times."""
+"""Several lines of a hub listened to together, as records in the order of their times."""
 
 from __future__ import annotations
 

@@ -6,8 +6,8 @@ canwire load can0 --seconds 60    for a minute
 canwire load --json -n 1          one object a bus, once
 
 On a terminal a bar for each bus, with a mark where its peak was; else lines. Load is that of the last second. At the
-end, after Ctrl-C too, stderr has means, peaks, frames and errors. A line of a real adapter has no load of its own,
-which is shown as 0: its frames and errors are counted. Nothing is started or changed.
+end, after Ctrl-C too, stderr has means, peaks, frames and errors. The load of a real adapter's line is not known
+and is shown as 0: its frames and errors are counted. Nothing is started or changed.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ class Meter:
 
 
 def _since(before: int, now: int) -> int:
-    """Counters begin anew when a line is set up."""
+    """Counters restart when a line is set up."""
     return now - before if now >= before else now
 
 

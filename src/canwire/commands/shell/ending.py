@@ -1,4 +1,4 @@
-"""How a command ends: by itself, by a signal, or because whoever read its output has gone. The status tells which."""
+"""How a command ends: by itself, by a signal, or because the reader of its output has gone. The status says which."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Signalled(KeyboardInterrupt):
     """A signal that asks the command to end: everything is given back as after Ctrl-C."""
 
     def __init__(self, number: int) -> None:
-        super().__init__(number)  # pickle calls `__init__` with what stands here
+        super().__init__(number)  # pickle calls `__init__` with these arguments
         self.number = number
 
 
@@ -47,7 +47,7 @@ def signals_raise() -> Iterator[None]:
 
 @contextmanager
 def signals_call(stop: Callable[[], object]) -> Iterator[None]:
-    """For verbs that work until they are told to stop: each of these signals is their regular end."""
+    """For verbs that work until a signal stops them: each of these signals is their regular end."""
 
     def end(number: int, frame: FrameType | None) -> None:
         stop()

@@ -1,4 +1,4 @@
-"""What stands in a row, as text."""
+"""The contents of a row, as text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from canwire.commands.view.table import Row
 
 
 class Texts(NamedTuple):
-    """Of one row. `data` is bytes in hex with blanks between, or what stands in place of them; periods in ms."""
+    """Of one row. `data` is bytes in hex with blanks between, or the text in place of them; periods in ms."""
 
     line: str
     id: str

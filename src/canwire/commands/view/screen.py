@@ -27,7 +27,7 @@ _AT_ONCE = 32_768
 
 
 class ViewScreen(App[None]):
-    """Rows that follow the bus. What ends it besides the user stands in `failure`.
+    """Rows that follow the bus. What ends it besides the user is in `failure`.
 
     `folder` is where tables are saved; `clock` names them.
     """
@@ -96,7 +96,7 @@ class ViewScreen(App[None]):
         self.show()
 
     def show(self) -> None:
-        """The rows that the filter wants, and what stands below them."""
+        """The rows that the filter wants, and the text below them."""
         try:
             rows, titles, signals, status = self._widgets()
         except NoMatches:  # the window is being taken down
@@ -111,7 +111,7 @@ class ViewScreen(App[None]):
         return self.query_one(Rows), titles, signals, status
 
     def action_pause(self) -> None:
-        """Hold what is shown, or go on; frames are counted all the same."""
+        """Hold what is shown, or continue; frames are counted all the same."""
         self._held = None if self._held is not None else [row.copy() for row in self.table.rows]
         self.show()
 
@@ -145,7 +145,7 @@ class ViewScreen(App[None]):
         self.show()
 
     def on_descendant_focus(self) -> None:
-        """Keys mean something else now, which is told."""
+        """Keys mean something else now, which is shown."""
         self.show()
 
     @on(Rows.Moved)

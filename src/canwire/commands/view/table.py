@@ -110,7 +110,7 @@ class Table:
                 row.take(record)
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Start again."""
         self.frames = self.errors = 0
         self._rows.clear()
         self._sorted = None
