@@ -16,7 +16,7 @@ How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.p
   calls back when the hub is connected and when it is lost; the head of the page shows both.
 - A request that changes something is a POST: `Route("/NAME/do", action(desk, do), methods=["POST"])` with
   `do(call: Call)` (actions.py). `call.fields` checks the typed values (fields.py): one answer shows every fault at
-  its field, and nothing is changed. The status line of the page shows the text that `do` returns, or the error of the hub.
+  its field, and nothing is changed. The status line of the page shows the text that `do` returns, or the hub's error.
 - Forms with `data-action="/NAME/do"` and buttons with `data-post="/NAME/do"` (their `data-name="value"`s are the
   fields) are sent by base/static/forms.js; `data-writes` disables them for viewers without the token. After a success
   the event "changed" goes to document.body.
