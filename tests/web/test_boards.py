@@ -168,8 +168,8 @@ def test_plug_and_unplug_in_the_browser(page: Page, hub: canwire.Hub) -> None:
     page.get_by_label("I/O address").fill("10000")
     page.get_by_label("Interrupt line").fill("x")
     page.locator("#plug-form button.main").click()
-    page.get_by_text("10000 is out of range; 0 to FFFF.").wait_for()
-    page.get_by_text("“x” is no number").wait_for()
+    page.get_by_text("10000 is out of range: 0 to FFFF.").wait_for()
+    page.get_by_text("“x” is not a number").wait_for()
     page.get_by_label("I/O address").fill("300")
     page.get_by_label("Interrupt line").fill("7")
     page.get_by_label("Hardware id").fill("HW000077")
@@ -190,7 +190,7 @@ def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:
     rate = page.locator("#up-form [name=rate]")
     rate.fill("many")
     rate.press("Enter")
-    page.get_by_text("“many” is no number").wait_for()
+    page.get_by_text("“many” is not a number").wait_for()
     assert rate.get_attribute("aria-invalid") == "true"
     assert not place.status(hub).initialised
     rate.fill("125000")
@@ -204,7 +204,7 @@ def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:
     dialog = page.locator("#lin-up-dialog")
     dialog.locator("[name=rate]").fill("30000")
     dialog.locator("[name=rate]").press("Enter")
-    dialog.get_by_text("30000 is out of range; 1000 to 20000.").wait_for()
+    dialog.get_by_text("30000 is out of range: 1000 to 20000.").wait_for()
     dialog.locator("[name=rate]").fill("9600")
     dialog.locator("[name=rate]").press("Enter")
     row = page.locator(f'tr[data-line="{lin}"]')

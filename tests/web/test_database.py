@@ -125,7 +125,7 @@ def test_a_row_by_its_signals_in_the_browser(
         page.get_by_label("Speed, rpm").fill("99999")
         page.get_by_label("Hot").fill("yes")
         page.get_by_role("button", name="Keep").click()
-        page.get_by_text("0 – 16000 is possible.").wait_for()
+        page.get_by_text("Possible: 0 – 16000.").wait_for()
         page.get_by_label("Speed, rpm").fill("1000")
         page.get_by_role("button", name="Keep").click()
         page.get_by_role("button", name="Send 1").click()

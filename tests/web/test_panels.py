@@ -111,4 +111,4 @@ def test_in_the_browser_parts_are_added_used_kept_and_saved(
         page.locator("#panel-file").set_input_files(
             files=[{"name": "x.json", "mimeType": "application/json", "buffer": b'{"parts": 3}'}]
         )
-        page.get_by_text("x.json is no panel of canwire.").wait_for()
+        page.get_by_text("x.json is not a canwire panel.").wait_for()

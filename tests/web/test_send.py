@@ -227,7 +227,7 @@ def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.H
         page.get_by_label("Cycle, ms").fill("20")
         page.get_by_label("How often").fill("5")
         page.get_by_role("button", name="Keep").click()
-        page.get_by_text("999 is out of range; 0 to 7FF.").wait_for()
+        page.get_by_text("999 is out of range: 0 to 7FF.").wait_for()
         page.get_by_label("Identifier, hex").fill("321")
         held: list[Route] = []
         page.route("**/send/put", lambda route: held.append(route))

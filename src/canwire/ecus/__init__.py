@@ -1,4 +1,4 @@
-"""Small ECUs for the lab and shared boards, on the protocol libraries that people use.
+"""Small ECUs for the lab and shared boards, on common protocol libraries.
 
     ecu = canwire.ecus.UdsEcu(identifiers={0xF190: b"CANWIRE0123456789"})
     bus.node("ecu", ecu)

@@ -1,4 +1,4 @@
-"""What a protocol's library needs of a node of the lab: its frames, periodic messages, waits in its time."""
+"""The services of a lab node that a protocol library needs: its frames, periodic messages, waits in the lab's time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NONSENSE = (struct.error, LookupError, TypeError, ValueError, RuntimeError)
 
 
 class LabFrames:
-    """Hands the frames of `node` to `take`, within the bus's run; remote frames are left out.
+    """Calls `take` with the frames of `node`, while the bus runs; remote frames are skipped.
 
     `errors` has what `take` made of frames that make no sense, in order: a library's own listener would log it.
     """
@@ -26,7 +26,7 @@ class LabFrames:
         node.on_frames(partial(node.time.soon, partial(node.each_frame, self._hand_over)))
 
     def close(self) -> None:
-        """No more; the node stays on its bus."""
+        """Stop; the node stays on its bus."""
         self.node.on_frames(None)
 
     def _hand_over(self, frame: Frame) -> None:
@@ -35,13 +35,14 @@ class LabFrames:
         try:
             self._take(frame)
         except _NONSENSE as error:
-            self.errors.append(error.with_traceback(None))  # nor what it holds on to
+            self.errors.append(error.with_traceback(None))  # nor the objects that it refers to
 
 
 class LabTask:
-    """Sends a frame at once, and again each `period` seconds of the lab's, in the place of a bus's `send_periodic`.
+    """Sends a frame immediately, and then every `period` seconds of the lab's time; replaces a bus's `send_periodic`.
 
-    `missed` counts those for which there was no room: nobody acknowledges, say. Raises BadValue for no time.
+    `missed` counts frames for which the queue had no room, for example without an acknowledging node.
+    Raises BadValue for a period under 1 ns.
     """
 
     def __init__(self, node: LabNode, frame: Frame, period: float) -> None:
@@ -55,11 +56,11 @@ class LabTask:
         self._send()
 
     def stop(self) -> None:
-        """A second time does nothing."""
+        """A second call does nothing."""
         self._periodic.cancel()
 
     def update(self, data: bytes) -> None:
-        """Other data from the next one on."""
+        """Change the data, from the next frame on."""
         frame = self._frame
         self._frame = Frame(frame.id, bytes(data), extended=frame.extended, remote=frame.remote)
 
@@ -76,7 +77,7 @@ class LabTask:
 
 
 class LabCondition:
-    """In the place of a threading.Condition: who waits lets the lab's time pass."""
+    """Replaces a threading.Condition: the lab's time passes during a wait."""
 
     def __init__(self, node: LabNode) -> None:
         self._time = node.time
@@ -92,7 +93,7 @@ class LabCondition:
         self._held.pop().__exit__(None, None, None)
 
     def wait(self, timeout: float) -> bool:
-        """Until somebody notifies, or `timeout` seconds are over: False. Nothing is held meanwhile."""
+        """Wait for a notification; False after `timeout` seconds. The lock is not held meanwhile."""
         before = self._notified
         self.__exit__()
         try:

@@ -1,4 +1,4 @@
-"""What udsoncan's client talks through in the lab: ISO-TP on a node, and timeouts that pass in the lab's time."""
+"""A connection for udsoncan's client in the lab: ISO-TP on a node, with timeouts in the lab's time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class UdsConnection(BaseConnection):
         return self
 
     def close(self) -> None:
-        """The node stays on its bus."""
+        """Close; the node stays on its bus."""
         self.transport.reset()
         self._opened = False
 
@@ -35,7 +35,7 @@ class UdsConnection(BaseConnection):
         return self._opened
 
     def specific_send(self, payload: bytes, timeout: float | None = None) -> None:
-        """Queue a request; the bus takes it while the answer is waited for."""
+        """Queue a request; it is sent while the client waits for the answer."""
         self.transport.send(payload)
 
     def specific_wait_frame(self, timeout: float | None = None) -> bytes | None:
@@ -46,7 +46,7 @@ class UdsConnection(BaseConnection):
         return message
 
     def empty_rxqueue(self) -> None:
-        """Drop what came unasked for."""
+        """Discard messages that were not requested."""
         while self.transport.receive() is not None:
             pass
 

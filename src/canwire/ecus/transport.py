@@ -1,4 +1,4 @@
-"""can-isotp on a node of the lab: its state machine, with the lab's time in the place of the wall clock's.
+"""can-isotp on a node of the lab: its state machine, with the lab's time in place of the wall clock.
 
 Source: can-isotp 2.0 (TransportLayerLogic, tools.Timer); ISO 15765-2.
 """
@@ -19,7 +19,7 @@ _MS = 1000
 
 
 class _LabTimer(Timer):
-    """A timer of can-isotp's that counts the lab's time."""
+    """A timer for can-isotp that counts the lab's time."""
 
     def __init__(self, timeout: float, now_ns: Callable[[], int]) -> None:
         super().__init__(timeout)
@@ -38,7 +38,7 @@ class _LabTimer(Timer):
 
 
 class _LabLogic(TransportLayerLogic):
-    """The state machine, with such timers."""
+    """The state machine, with timers that count the lab's time."""
 
     now_ns: Callable[[], int]
 
@@ -52,7 +52,7 @@ class _LabLogic(TransportLayerLogic):
 
 
 class LabIsoTp:
-    """Messages of up to 4 GB through `node`, whose frames are all taken; `address` and `params` are can-isotp's.
+    """Messages of up to 4 GB through `node`; takes all its frames; `address` and `params` are can-isotp's.
 
     `on_message` gets each message that is complete, within the bus's run; without it `receive` has them. `errors` are
     can-isotp's own, in order: timeouts, wrong sequence numbers.
@@ -80,7 +80,7 @@ class LabIsoTp:
         self._wake()
 
     def receive(self, timeout: float = 0.0) -> bytes | None:
-        """The oldest message; None when none is complete after `timeout` seconds of the lab's time."""
+        """The oldest message; None if none is complete after `timeout` seconds of the lab's time."""
         time = self.node.time
         deadline_ns = time.now_ns + round(timeout * 1e9)
         while not self._logic.available() and time.now_ns < deadline_ns:
@@ -90,11 +90,11 @@ class LabIsoTp:
 
     @property
     def sending(self) -> bool:
-        """A message is on its way, or waits."""
+        """Whether a message is on its way, or waits."""
         return bool(self._logic.transmitting())
 
     def reset(self) -> None:
-        """Forget what is on its way, in both directions."""
+        """Discard messages that are on their way, in both directions."""
         self._logic.reset()
 
     def __repr__(self) -> str:

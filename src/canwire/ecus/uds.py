@@ -1,4 +1,4 @@
-"""A small ECU that speaks UDS: sessions, identifiers, security access, a flash download.
+"""A small ECU with UDS: sessions, identifiers, security access, a flash download.
 
 Requests and responses are udsoncan's, messages can-isotp's; what is here is the behaviour of an ECU.
 Source: ISO 14229-1:2020, 9 to 14; negative response codes in its annex A.
@@ -32,7 +32,7 @@ class Refused(Exception):
     """A negative response, with its code."""
 
     def __init__(self, code: int) -> None:
-        super().__init__(code)  # pickle calls `__init__` with what stands here
+        super().__init__(code)  # pickle calls `__init__` with these arguments
         self.code = code
 
     def __str__(self) -> str:
@@ -40,17 +40,17 @@ class Refused(Exception):
 
 
 def inverted(seed: bytes) -> bytes:
-    """The usual key of this ECU: the seed with all bits inverted."""
+    """The default key of this ECU: the seed with all bits inverted."""
     return bytes(each ^ 0xFF for each in seed)
 
 
 class UdsEcu:
     """A node's behaviour: `bus.node("ecu", UdsEcu(identifiers={0xF190: b"..."}))`.
 
-    `identifiers` are read by anybody; `writable` ones are written in the extended session once the ECU is unlocked.
-    `key` makes the right key of a seed. In the programming session, unlocked, `memory` (from `base` on) is written by
-    RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses, where
-    the identifiers alone do not tell (extended addressing). `session`, `unlocked`, `resets` tell of its state.
+    Each client reads `identifiers`; `writable` ones are written in the extended session once the ECU is unlocked.
+    `key` returns the right key for a seed. In the programming session, unlocked, `memory` (from `base` on) is written
+    by RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses in
+    extended addressing. `session`, `unlocked`, `resets` are its state.
     """
 
     unlocked: bool
@@ -98,7 +98,7 @@ class UdsEcu:
         return f"<UDS ECU: session {self.session}, {'unlocked' if self.unlocked else 'locked'}, {self.resets} resets>"
 
     def answer(self, payload: bytes) -> bytes | None:
-        """The response to a request; None where none is wanted."""
+        """The response to a request; None if no response is wanted."""
         request = Request.from_payload(payload)
         if request.service is None:
             return bytes([0x7F, *payload[:1], Code.ServiceNotSupported])
@@ -159,7 +159,7 @@ class UdsEcu:
         return told[:2]
 
     def _access(self, request: Request) -> bytes:
-        """Level 1: a seed is asked for (1), then its key is sent (2)."""
+        """Level 1: the client requests a seed (1), then sends its key (2)."""
         if self.session == _DEFAULT:
             raise Refused(Code.ServiceNotSupportedInActiveSession)
         if request.subfunction == 1:
@@ -240,7 +240,7 @@ class UdsEcu:
             time.at(time.timeline.now_ns + _ANSWER_NS, lambda: self.transport.send(sent))
 
     def _fall_back(self) -> None:
-        """To the default session: locked, with no download begun."""
+        """Return to the default session: locked, without a download."""
         self.session = _DEFAULT
         self.unlocked = False
         self._seed = b""

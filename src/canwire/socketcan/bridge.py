@@ -1,4 +1,4 @@
-"""A hub's line and a CAN interface of the kernel as one bus: what one side hears, the other sends."""
+"""A hub's line and a CAN interface of the kernel as one bus: each side sends the frames that the other receives."""
 
 from __future__ import annotations
 

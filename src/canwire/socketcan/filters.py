@@ -1,4 +1,4 @@
-"""CAN_RAW's filters, over many frames at once.
+"""CAN_RAW's filters, applied to many frames in one call.
 
 Source: linux/can.h (struct can_filter), linux/can/raw.h; what a mask means for 11-bit frames is the kernel's
 documentation, networking/can.rst 4.1.1.

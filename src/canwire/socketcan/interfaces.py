@@ -33,7 +33,7 @@ _NAME = re.compile(r"[^/\s:]{1,15}")
 
 @dataclass
 class Interface:
-    """One interface; `target` is what `find_lines` knows. `of_all`: a socket bound to all of them hears it."""
+    """One interface; `target` is what `find_lines` knows. `of_all`: sockets bound to all of them receive from it."""
 
     name: str
     target: str
@@ -43,7 +43,7 @@ class Interface:
     mtu: int
     flags: int = UP
     restart_ms: int = 0  # after bus-off, as netlink has set it; 0: it stays there
-    wanted: WantedMode | None = None  # as netlink has set it; None: as `canwire run` was told
+    wanted: WantedMode | None = None  # as netlink has set it; None: the options of `canwire run`
 
 
 def parse_mapping(text: str) -> tuple[str, str]:

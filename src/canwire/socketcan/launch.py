@@ -1,7 +1,7 @@
-"""How a program is started so that it finds its server, which is nobody's child and ends after it.
+"""Starts a program so that it finds its server, which is not its child and ends after it.
 
-The process that was asked for becomes the program itself: its process id, signals, exit status, terminal and job
-control are the program's own. The server is a grandchild in a session of its own.
+The process of `canwire run` becomes the program: process id, signals, exit status, terminal and job control are the
+program's. The server is a grandchild in a separate session.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def _allow_descriptors() -> None:
 
 
 def _let_go_of_terminal() -> None:
-    """Whoever reads the program's output need not wait for the server's end."""
+    """A reader of the program's output does not wait for the server's end."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, 0)
     os.dup2(nowhere, 1)

@@ -1,8 +1,8 @@
-"""How an interface has its line running, and somebody there who acknowledges.
+"""How an interface starts its line, and a second line that acknowledges.
 
-A kernel's vcan delivers what one program sends even where nobody listens. A bus does not: a controller that is alone
-there repeats its frame for ever. So an interface that is named after a bus starts a second line as company where no
-other one runs; one that is named after a board's line is that line, with whoever is on its bus.
+A kernel's vcan delivers the frames of one program even if no other program receives them. A bus does not: a controller
+that is alone on it repeats its frame without end. So an interface that is named after a bus starts a second line if no
+other line runs; an interface that is named after a board's line starts only that line.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _on_bus(hub: Hub, bus: str) -> list[LinePlace]:
 
 
 def _at_rates_there(hub: Hub, bus: str, wanted: WantedMode) -> WantedMode:
-    """Rates that nobody asked for are those of the bus."""
+    """Rates that were not requested are those of the bus."""
     places = _on_bus(hub, bus) if bus else []
     return wanted.at_rates_on_bus(status for _, status in lines_now(hub, places))
 

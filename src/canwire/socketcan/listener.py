@@ -1,4 +1,4 @@
-"""Who hears an interface that is in use."""
+"""Receivers of an interface that is in use."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Tap(Protocol):
 
 
 class Listener(Protocol):
-    """A socket that hears an interface."""
+    """A socket that receives from an interface."""
 
     def take(self, batch: Batch) -> None:
         """Its rows are everybody's: copy what is kept."""
 
     def congested(self) -> bool:
-        """A hub in fast time should wait for whoever reads there."""
+        """A hub in fast time should wait for this reader."""
 
     def interface_lost(self, interface: Interface, error: int) -> None:
         """ENETDOWN: its line was stopped; ENODEV: it is gone."""

@@ -34,7 +34,7 @@ class Timer:
 
 
 class Waiter(Protocol):
-    """`watch` with no events at all is allowed: then a broken connection may be told, and nothing else."""
+    """`watch` with no events at all is allowed: then only a broken connection may be reported."""
 
     def watch(self, descriptor: int, events: int) -> None: ...
     def change(self, descriptor: int, events: int) -> None: ...
@@ -84,7 +84,7 @@ class Gathering:
         self._pauses = False
 
     def pause_s(self, count: int) -> float:
-        """Seconds, after a look that found so many; 0: be told of the next one."""
+        """Seconds, after a check that found `count`; 0: wait for the next event."""
         if self._pauses:
             self._pauses = count >= self._FEW
         else:

@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 _RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
 _ROOM = 256  # frames for which a sender that waits is woken
-_MUCH = 64  # frames after which more is looked for at once
+_MUCH = 64  # frames after which the next check follows immediately
 _STUCK_S, _LOOK_S = 0.25, 0.02
 _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
 
 
 class Port:
-    """Opens the line at once; raises HubError, LineError, BadValue where it cannot."""
+    """Opens the line immediately; raises HubError, LineError, BadValue if that fails."""
 
     def __init__(self, setting: Setting, interface: Interface, on_lost: Callable[[Port], object]) -> None:
         self.interface = interface
@@ -55,8 +55,8 @@ class Port:
         self._on_lost = on_lost
         self.listeners: list[Listener] = []
         self.taps: set[Tap] = set()
-        self.stampers: dict[int, Callable[[Array], object]] = {}  # by slot: hears of its frames on the bus
-        self.silent: set[int] = set()  # slots whose frames are not looped back to anybody here
+        self.stampers: dict[int, Callable[[Array], object]] = {}  # by slot: called for its frames on the bus
+        self.silent: set[int] = set()  # slots whose frames are not looped back to any socket of this server
         self._setting = setting
         self._loop = setting.loop
         self._echoes = Echoes()
@@ -259,7 +259,7 @@ class Port:
     # the end
 
     def tell_if_down(self, listener: Listener) -> None:
-        """Whoever binds to an interface that is down learns it by its next read, as on Linux."""
+        """A socket that binds to an interface that is down gets the error from its next read, as on Linux."""
         if not self.interface.flags & UP:
             listener.interface_lost(self.interface, errno.ENETDOWN)
 

@@ -55,7 +55,7 @@ class Ports:
         return found
 
     def is_down(self, index: int) -> bool:
-        """It was taken down before anybody used it: who binds to it waits until it is up."""
+        """It was taken down before any socket used it: a socket that binds to it waits until it is up."""
         interface = self._setting.interfaces.by_index.get(index)
         return index not in self._open and interface is not None and not interface.flags & UP
 

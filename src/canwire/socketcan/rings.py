@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _HEADER = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 _ABOUT_SIZE = 24  # shim/shim.h, struct about
-COLLECTED = 512  # rows at once
+COLLECTED = 512  # rows in one call
 
 
 def has_room(directory: str, size: int) -> bool:
@@ -67,7 +67,7 @@ class Rings:
         return int(self.rows.ctypes.data)
 
     def pair(self, slot: int, descriptor: int) -> RingPair:
-        """Of this slot, made anew; `descriptor` is the server's end of its socket pair. Raises OSError: ENOSPC."""
+        """New rings of this slot; `descriptor` is the server's end of its socket pair. Raises OSError: ENOSPC."""
         if not has_room(self.directory, self._size):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), self.directory)
         return RingPair(self, self._address + slot * self._size, descriptor)

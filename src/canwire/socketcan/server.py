@@ -72,7 +72,7 @@ class Server:
         say: Callable[[str], object],
     ) -> None:
         self._boards = Event()
-        hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
+        hub.watch(self._boards)  # before the list of boards is read: later boards are reported
         prefix = f"canwire-{os.urandom(3).hex()}-"
         table = Table(os.path.join(directory, "table"), prefix.encode())
         self._turns = TimedWaiter(hub, table) if hub.timed else None

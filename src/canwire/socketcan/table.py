@@ -50,7 +50,7 @@ class Stamps(NamedTuple):
 
 
 class Table:
-    """Made anew at `path`; `prefix` begins the names of the programs' ends of socket pairs (at most 15 bytes)."""
+    """Created at `path`; `prefix` begins the names of the programs' ends of socket pairs (at most 15 bytes)."""
 
     def __init__(self, path: str, prefix: bytes) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)

@@ -1,4 +1,4 @@
-"""Many frames at once between the hub's records and what travels over the sockets to the shim.
+"""Converts batches of frames between the hub's records and the messages on the sockets to the shim.
 
 A received message is a header and a `struct can_frame` (16 bytes) or `canfd_frame` (72), a sent one likewise with a
 smaller header: shim/shim.h's `struct received` and `struct sent`.
@@ -82,7 +82,7 @@ def numpy_module() -> Any:
 
 @cache
 def received_dtype() -> Any:
-    """96 bytes: what the server sends; those behind a short frame are not sent."""
+    """96 bytes: as the server sends them; those after a short frame are not sent."""
     header = [
         ("stamp_ns", "<u8"),
         ("drops", "<u4"),

@@ -1,4 +1,4 @@
-"""Names and signals of frames by network descriptions, as far as there are any: `canwire.Database` for the page."""
+"""Names and signals of frames, if network descriptions are open: `canwire.Database` for the page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Signal(NamedTuple):
 
 
 class Input(NamedTuple):
-    """A signal to be given: what it is before anybody says anything, and what it may be."""
+    """A signal that can be entered: its initial value and its possible values."""
 
     name: str
     usual: str

@@ -13,7 +13,7 @@ class BadFields(Exception):
 
     def __init__(self, faults: Mapping[str, str]) -> None:
         self.faults = dict(faults)
-        super().__init__(self.faults)  # pickle calls `__init__` with what stands here
+        super().__init__(self.faults)  # pickle calls `__init__` with these arguments
 
     def __str__(self) -> str:
         return ", ".join(f"{name}: {text}" for name, text in self.faults.items())

@@ -1,9 +1,9 @@
-"""Who may ask for what, before any view is asked.
+"""Access rules, which are checked before a view gets a request.
 
 The server listens on the loopback address, where every user and every web page of this machine can reach it. So:
 only requests to its own names pass (a foreign name that resolves to 127.0.0.1 does not), only its own pages may
-send (Origin), and whoever wants to look or to change anything needs the token of the address that was printed; with
-`viewers` others may look. A cookie keeps the token; it is not sent along with what another site asks for.
+send (Origin), and every request needs the token of the address that was printed; with `viewers`, requests that only
+read need none. A cookie keeps the token; browsers do not send it with requests of other sites.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _POLICY = (
 
 
 class Gate:
-    """Wraps an application; `request.scope["writer"]` tells it whether the asker has the token.
+    """Wraps an application; `request.scope["writer"]` says whether the request has the token.
 
     `uploads` are paths with the bytes that may be sent there; elsewhere it is BODY_BYTES.
     """
@@ -85,7 +85,7 @@ class Gate:
         return self._uploads.get(scope["path"], BODY_BYTES)
 
     def _let_in(self, scope: Scope, headers: Headers) -> Response | None:
-        """None for whoever may ask; `scope["writer"]` is set then."""
+        """None if the request is allowed; `scope["writer"]` is set then."""
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         given = next((value for name, value in query if name == "token"), None)
         if given is not None:

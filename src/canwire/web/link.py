@@ -1,4 +1,4 @@
-"""The server's connection to the hub: made anew when the hub is back, with what was missed counted."""
+"""The server's connection to the hub: made again when the hub is back; interruptions are counted."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class HubLink:
     """`hub` while it is there; a thread connects again whenever it is lost. Ends with `close`.
 
     `connect` makes a connection or raises HubError. Subscribers are called in that thread: `began(hub)` at each
-    connection, at once where there is one, and `ended()` when it is lost.
+    connection, immediately if there is one, and `ended()` when it is lost.
     """
 
     def __init__(self, connect: Callable[[], Hub]) -> None:
@@ -49,7 +49,7 @@ class HubLink:
         """The hub; raises HubLost while it is away."""
         hub = self._hub
         if hub is None or hub.lost:
-            raise HubLost("the hub is away; the page goes on by itself when it is back")
+            raise HubLost("the hub is away; the page continues by itself when the hub is back")
         return hub
 
     @property
@@ -102,7 +102,7 @@ class HubLink:
             self._adopt(hub)
 
     def _adopt(self, hub: Hub) -> None:
-        hub.watch(self._event)  # also tells of the hub's end
+        hub.watch(self._event)  # also set when the hub ends
         self._hub = hub
         for began, _ in self._subscribers:
             began(hub)

@@ -1,6 +1,6 @@
 """Web sockets to viewers. None slows another: each has a task that waits while its viewer does not read.
 
-Who sends keeps nothing for a viewer meanwhile, but goes on with what there is then, and counts what that leaves out.
+The sender queues nothing for a viewer meanwhile: it continues with the newest data, and counts what it has omitted.
 """
 
 from __future__ import annotations

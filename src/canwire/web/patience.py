@@ -31,7 +31,7 @@ class PatientProtocol(AutoHTTPProtocol):  # type: ignore[valid-type, misc]  # on
         super().connection_lost(exc)
 
     def _waits(self) -> bool:
-        """No request is under way, and the connection has not become a web socket, which has a protocol of its own."""
+        """No request is under way, and the connection has not become a web socket, which has another protocol."""
         if self.transport.get_protocol() is not self:
             return False
         return self.cycle is None or self.cycle.response_complete

@@ -1,4 +1,4 @@
-"""The server's process: listens on the loopback address until it is told to stop."""
+"""The server's process: listens on the loopback address until it is stopped."""
 
 from __future__ import annotations
 
@@ -76,13 +76,13 @@ class Site:
 
     @property
     def address(self) -> str:
-        """For whoever may also change things."""
+        """The address with the token, which allows changes."""
         return f"{self.url}?token={self.token}"
 
     def run(self) -> None:
         """Serve; in a main thread SIGINT and SIGTERM end it."""
         try:
-            with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it anew, once all is closed
+            with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it again, once all is closed
                 self._server.run(sockets=[self._socket])
         finally:
             self.close()
@@ -112,7 +112,7 @@ def _listening(port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((LOOPBACK, port))
-        listening.listen()  # whoever comes before the server runs waits for it
+        listening.listen()  # early connections wait until the server runs
     except OSError as error:
         listening.close()
         raise BadValue(f"--port {port}: {error.strerror}; another one, or 0 for any that is free") from None

@@ -80,7 +80,7 @@ def test_windows_until_the_channels_run_out_and_leaving(cancheck: Page) -> None:
     cancheck.get_by_role("button", name="Leave CanCheck").click()
     cancheck.locator(".window").wait_for(state="detached")
     cancheck.get_by_role("button", name="Restart the board").click()
-    cancheck.get_by_text("The next program that opens CID1: reads the registry anew.").wait_for()
+    cancheck.get_by_text("The next program that opens CID1: reads the registry again.").wait_for()
 
 
 @pytest.mark.conforms("FT-07")
@@ -89,7 +89,7 @@ def test_the_registry_dialog(cancheck: Page, registry: RegistryStore) -> None:
     cancheck.get_by_role("button", name="Set Registry").click()
     dialog = cancheck.locator("#registry-dialog")
     holds(dialog.get_by_label("AcceptanceMask (hex)"), "00000000")
-    dialog.get_by_text("They count once the board has been restarted").wait_for()
+    dialog.get_by_text("They take effect once the board has been restarted").wait_for()
     dialog.get_by_label("Align").select_option("2")
     dialog.get_by_role("button", name="Cancel").click()
     assert registry.path.read_text() == before
@@ -98,7 +98,7 @@ def test_the_registry_dialog(cancheck: Page, registry: RegistryStore) -> None:
     dialog.get_by_label("Align").select_option("2")
     dialog.get_by_label("AcceptanceMask (hex)").fill("xyz")
     dialog.get_by_role("button", name="OK").click()
-    dialog.get_by_text("“xyz” is no hexadecimal number").wait_for()
+    dialog.get_by_text("“xyz” is not a hexadecimal number").wait_for()
     assert registry.path.read_text() == before
     dialog.get_by_label("AcceptanceMask (hex)").fill("FFFFFFFF")
     dialog.get_by_role("button", name="OK").click()

@@ -142,7 +142,7 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     dialog.get_by_label("Byte 0", exact=True).fill("1G")
     dialog.get_by_label("Delay, ms").fill("A")
     dialog.get_by_role("button", name="Activate").click()
-    dialog.get_by_text("“1G” is no hexadecimal number").wait_for()
+    dialog.get_by_text("“1G” is not a hexadecimal number").wait_for()
     counts(dialog.locator(".fault"), 3)
     counts(box.locator("tr[data-index]"), 0)
     dialog.get_by_label("ID", exact=True).fill("123")

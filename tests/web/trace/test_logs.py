@@ -140,4 +140,6 @@ def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
         gone = {"running": False, "trouble": "", "files": [], "rows": 0, "number": 0}
         answer = {"lines": [told], "logs": [], "recording": gone, "replay": gone}
         page.route("**/trace/lines?*", lambda route: route.fulfill(json=answer))
-        page.get_by_text("HW1:0 is bus-off: it hears nothing until it is recovered under Boards.").wait_for()
+        page.get_by_text(
+            "HW1:0 is bus-off: it receives nothing until it is recovered under Boards."
+        ).wait_for()

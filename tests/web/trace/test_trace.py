@@ -284,11 +284,11 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.locator("#shown", has_text="2").wait_for()
         page.locator("#body").focus()
         page.keyboard.press("Space")
-        page.get_by_role("button", name="Go on").wait_for()
+        page.get_by_role("button", name="Continue").wait_for()
         channel.send(Frame(0x103), timeout=LONG_S)
         page.locator("#kept", has_text="3").wait_for()
         assert page.locator("#shown").inner_text() == "2"
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Continue").click()
         page.locator("#shown", has_text="3").wait_for()
         page.keyboard.press("/")
         page.keyboard.type("102")
@@ -296,10 +296,10 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.locator('#body .trace-row[aria-selected="true"]', has_text="102").wait_for()
         page.locator("#search").fill("nothing like it")
         page.keyboard.press("Enter")
-        page.get_by_text("is nowhere in these rows").wait_for()
+        page.get_by_text("is not found in these rows").wait_for()
         page.locator("#filter").fill("zzz")
         page.locator("#filter").press("Enter")
-        page.get_by_text("“zzz” is no identifier, range, name, signal or word of a filter.").wait_for()
+        page.get_by_text("“zzz” is not an identifier, range, name, signal or filter word.").wait_for()
         page.locator("#filter").fill("!102")
         page.locator("#filter").press("Enter")
         page.locator("#shown", has_text="2").wait_for()
@@ -308,7 +308,7 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.reload()
         holds(page.locator("#filter"), "!102")
         page.locator("#shown", has_text="2").wait_for()  # from the server's history
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Continue").click()
         page.locator("#shown", has_text="3").wait_for()
 
 

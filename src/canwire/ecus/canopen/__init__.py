@@ -1,4 +1,4 @@
-"""CANopen by the library canopen: an ECU for the lab and shared boards, and canopen's Network in the lab's time.
+"""CANopen, based on the library canopen: an ECU for the lab and shared boards, and canopen's Network in the lab's time.
 
 `ecu.py` is the ECU, `services.py` its NMT, SDO and emergency ends, `pdos.py` its process data, `small.eds` what it is
 when nobody gives it a dictionary; `dictionary.py` reads others. `network.py` is canopen's Network

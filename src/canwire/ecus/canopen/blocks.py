@@ -1,4 +1,4 @@
-"""An SDO server's block transfers, which canopen's server leaves out: both directions, with CRC and repeated segments.
+"""Block transfers of an SDO server, which canopen's lacks: both directions, with CRC and repeated segments.
 
 Source: CiA 301 4.2.0, 7.2.4.3.9 to 7.2.4.3.16.
 """
@@ -23,7 +23,7 @@ Send = Callable[[bytes], object]
 
 
 class BlockUpload:
-    """The client reads `data`: it has asked for blocks of `size` segments, and starts them.
+    """The client reads `data`: it requested blocks of `size` segments, and starts the transfer.
 
     `take(request)` is True once the transfer is over.
     """
@@ -52,7 +52,7 @@ class BlockUpload:
         return False
 
     def _acknowledged(self, number: int, size: int) -> None:
-        """As far as segment `number`: what comes after that is sent again."""
+        """Segments up to `number` have arrived; later ones are sent again."""
         if number > self._segments:
             raise SdoAbortedError(_BAD_SEQUENCE)
         self._check(size)
@@ -80,7 +80,7 @@ class BlockUpload:
 
 
 class BlockDownload:
-    """The client writes: `done(data)` gets all of it. `size` is what was announced, None without.
+    """The client writes: `done(data)` gets all of it. `size` is the announced size, or None.
 
     `take(request)` is True once the transfer is over.
     """
@@ -95,7 +95,7 @@ class BlockDownload:
         send(bytes([_DOWNLOAD | _CRC]) + object_bytes + bytes([_MOST, 0, 0, 0]))
 
     def take(self, request: bytes) -> bool:
-        """A segment, or the end once the last one has come."""
+        """A segment, or the end after the last one."""
         if self._whole:
             return self._ended(request)
         number = request[0] & 0x7F

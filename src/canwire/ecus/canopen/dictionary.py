@@ -1,4 +1,4 @@
-"""EDS and DCF files by canopen, under limits: whatever a file says of itself, one error leaves here.
+"""EDS and DCF files by canopen, with limits: any fault of a file raises the same error.
 
 Source: CiA 306 1.3.0, 4.5 and 4.6 (sections, NrOfEntries, CompactSubObj).
 """
@@ -32,7 +32,7 @@ def load_eds(
     most_bytes: int = MOST_BYTES,
     seconds: float = MOST_SECONDS,
 ) -> ObjectDictionary:
-    """canopen's dictionary of this EDS or DCF file; `node_id` is for entries that are made of it ($NODEID+0x180).
+    """canopen's dictionary of this EDS or DCF file; `node_id` is for entries that contain it ($NODEID+0x180).
 
     Raises BadDescription with the file's name: for more than `most_bytes`, for what takes longer than `seconds`, for an
     object with more than 254 entries, and for what is no such file.
@@ -60,12 +60,12 @@ def load_eds(
 
 
 def dictionary_of(path: str | PathLike[str], node_id: int) -> ObjectDictionary | str:
-    """`load_eds` for an EDS or DCF file; canopen may know what else it is."""
+    """`load_eds` for an EDS or DCF file; other paths are passed to canopen."""
     return load_eds(path, node_id=node_id) if Path(path).suffix.lower() in _KINDS else str(path)
 
 
 def _text_of(data: bytes) -> str:
-    """The standard has ISO 646; what is beyond that is UTF-8, or else Latin-1."""
+    """The standard requires ISO 646; other characters are read as UTF-8, or else as Latin-1."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -73,7 +73,7 @@ def _text_of(data: bytes) -> str:
 
 
 def _check_counts(file: Path, text: str) -> None:
-    """canopen makes as many entries as a file says, which may be any number."""
+    """Refuses large counts: canopen creates as many entries as a file claims."""
     for found in _COUNTS.finditer(text):
         try:
             count = int(found[1], 0)

@@ -1,4 +1,4 @@
-"""A small ECU that speaks CANopen: canopen's LocalNode with the behaviour of a device around it.
+"""A small ECU with CANopen: canopen's LocalNode with the behaviour of a device.
 
 Source: CiA 301 4.2.0, 7.3.2 (states), 7.5.2 (the objects of the communication profile).
 """
@@ -31,9 +31,9 @@ _NO_VALUE = 0x06090030  # an SDO abort code: not in the range of the object's va
 class CanopenEcu(LocalNode):  # type: ignore[misc]
     """`bus.node("io", CanopenEcu(5))` in the lab, `network.create_node(CanopenEcu(5))` on a connected canopen.Network.
 
-    `dictionary` is canopen's, or the path of an EDS file (`load_eds` has its limits); without one it is a small I/O
-    module, of EDS file `CanopenEcu.EDS`. It boots at once. Its SDO server (blocks, too), heartbeats, TPDOs (on change,
-    by event timer, on SYNC), RPDOs and emergencies are as the dictionary says; resets take its values back to the
+    `dictionary` is one of canopen, or the path of an EDS file (`load_eds` has its limits); the default is a small I/O
+    module, of EDS file `CanopenEcu.EDS`. It boots immediately. Its SDO server (blocks, too), heartbeats, TPDOs (on
+    change, by event timer, on SYNC), RPDOs and emergencies follow the dictionary; resets return its values to the
     dictionary's.
 
     Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
@@ -70,7 +70,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
         LabCanopen(node).create_node(self)
 
     def associate_network(self, network: Network) -> None:
-        """Boot; `network.create_node` calls it. Raises canopen's RuntimeError where it is not connected."""
+        """Boot; `network.create_node` calls it. Raises canopen's RuntimeError if it is not connected."""
         super().associate_network(network)
         network.subscribe(REQUESTS, self._on_lss)
         try:
@@ -80,7 +80,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             raise
 
     def remove_network(self) -> None:
-        """Off the network."""
+        """Leave the network."""
         if not self.has_network():
             return
         with self._changing:
@@ -91,7 +91,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             super().remove_network()
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
-        """Give an object a value, and do what follows; `check_writable` for who comes from outside."""
+        """Set the value of an object, with all effects; `check_writable` for accesses from the bus."""
         if (index, subindex) == (_ERRORS, 0) and check_writable and any(data):
             raise SdoAbortedError(_NO_VALUE)  # 0 forgets the errors
         with self._changing:
@@ -125,7 +125,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             self._boot()
 
     def _become(self, id: int) -> None:
-        """Have this node-ID, with the identifiers that follow from it."""
+        """Set this node-ID, and the identifiers that depend on it."""
         if id == self.id:
             return
         network, before = self.network, self.id
@@ -140,7 +140,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             network.nodes[id] = network.nodes.pop(before)
 
     def _numbers(self) -> list[int]:
-        """Vendor, product, revision and serial number."""
+        """Vendor, product, revision and serial numbers."""
         found = (self.get_data(_IDENTITY, place) if self._has(place) else b"" for place in range(1, 5))
         return [int.from_bytes(one, "little") for one in found]
 
@@ -169,7 +169,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
                 self.pdos.end()
 
     def _listen_for_sync(self, cob_id: int) -> None:
-        """Instead of the last one; 0: no more."""
+        """Replaces the previous one; 0: none."""
         if self._sync:
             self.network.unsubscribe(self._sync, self._on_sync)
         self._sync = cob_id
@@ -182,6 +182,6 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
 
 
 def _variables(dictionary: ObjectDictionary) -> Iterator[Any]:
-    """Those of records and arrays, too."""
+    """All variables, including those of records and arrays."""
     for entry in dictionary.values():
         yield from entry.values() if hasattr(entry, "subindices") else (entry,)

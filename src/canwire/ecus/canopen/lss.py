@@ -1,4 +1,4 @@
-"""A slave's end of LSS, which gives devices on one bus their node-IDs: requests in, answers out.
+"""The slave side of LSS, which assigns node-IDs to the devices on a bus: requests in, answers out.
 
 Source: CiA 305 (Layer setting services and protocols): switch state, configure, inquire and identify services.
 """
@@ -17,7 +17,7 @@ _HIGHEST_ID = 127
 
 
 class LssSlave:
-    """`identity` gives the four numbers of object 1018h, `id` the node-ID.
+    """`identity` returns the four numbers of object 1018h, `id` the node-ID.
 
     `pending` is the node-ID from the next reset of the communication on, `stored` the one from the next reset of the
     node on. The bus's bit rate is not changed, so such requests are refused. Fast scans are for devices without a
@@ -31,7 +31,7 @@ class LssSlave:
         self._met: dict[range, int] = {}  # so many numbers of a row have fitted, one after the other
 
     def answer(self, request: bytes) -> bytes | None:
-        """Eight bytes, or None where nothing is answered."""
+        """Eight bytes, or None for no answer."""
         code, number = request[0], int.from_bytes(request[1:5], "little")
         found: bytes | None = None
         if code == _GLOBAL:
@@ -65,7 +65,7 @@ class LssSlave:
         return bytes([_IDENTIFIED]) if self._all_met(_IDENTIFY, place, fits[place]) else None
 
     def _all_met(self, row: range, place: int, fits: bool) -> bool:
-        """Whether this was the last one of a row that has fitted from its first on."""
+        """Whether this request completes a sequence in which every request has matched."""
         before = self._met.get(row, 0)
         self._met[row] = place + 1 if fits and place == (before if place else 0) else 0
         return self._met[row] == len(row)

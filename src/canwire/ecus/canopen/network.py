@@ -1,4 +1,4 @@
-"""canopen's Network on a node of the lab: periodic messages and waits pass in the lab's time."""
+"""canopen's Network on a node of the lab: periodic messages and waits use the lab's time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STANDARD = 0x7FF  # identifiers above are extended
 
 
 class LabCanopen(Network):  # type: ignore[misc]
-    """Connected as soon as it is there; `node`'s frames are all taken.
+    """Connected from its creation; it takes all frames of `node`.
 
     `add_node` makes remote nodes whose SDO transfers and waits for heartbeats, PDOs and emergencies let the lab's time
     pass; `errors` are what frames that make no sense have led to. `time.transmit` sends the wall clock's time.
@@ -33,11 +33,11 @@ class LabCanopen(Network):  # type: ignore[misc]
         return self._frames.errors
 
     def connect(self, *_: Any, **__: Any) -> Network:
-        """Raises BadValue: it is connected already."""
+        """Raises BadValue: it is already connected."""
         raise BadValue(f"this network is on {self.node.line.name} already")
 
     def disconnect(self) -> None:
-        """Nothing more is sent or heard; the node stays on its bus."""
+        """Stop sending and receiving; the node stays on its bus."""
         for task in list(self._tasks):
             task.stop()
         self._frames.close()
@@ -48,7 +48,7 @@ class LabCanopen(Network):  # type: ignore[misc]
         object_dictionary: str | ObjectDictionary | None = None,
         upload_eds: bool = False,
     ) -> RemoteNode:
-        """As canopen's; `upload_eds` is for networks in the wall clock's time: BadValue."""
+        """As in canopen; raises BadValue for `upload_eds`, which needs a network in the wall clock's time."""
         if upload_eds:
             raise BadValue("upload_eds: read object 0x1021 by a remote node, and give its text to import_od")
         if isinstance(node, int):
@@ -62,7 +62,7 @@ class LabCanopen(Network):  # type: ignore[misc]
         self.node.send(_frame(can_id, data, remote))
 
     def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
-        """The first one at once; what is returned has `stop` and `update`."""
+        """The first frame is sent immediately. The returned task has `stop` and `update`."""
         task = LabTask(self.node, _frame(can_id, data, remote), period)
         self._tasks.add(task)
         return task

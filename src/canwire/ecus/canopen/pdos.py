@@ -1,4 +1,4 @@
-"""Process data of an ECU: PDOs between its dictionary and the bus, as the dictionary's 1400h to 1BFFh say.
+"""Process data of an ECU: PDOs between its dictionary and the bus, as objects 1400h to 1BFFh define them.
 
 Source: CiA 301 4.2.0, 7.2.2; transmission types in 7.5.2.35 and 7.5.2.37.
 """
@@ -19,7 +19,7 @@ _COM_RX, _MAP_RX, _COM_TX, _MAP_TX, _END = 0x1400, 0x1600, 0x1800, 0x1A00, 0x1C0
 
 
 class Pdos:
-    """Those of `node`. `begin` and `end` go with its being operational; `short` counts RPDOs with too few bytes."""
+    """The PDOs of `node`. It calls `begin` and `end` around operational; `short` counts RPDOs with too few bytes."""
 
     def __init__(self, node: LocalNode) -> None:
         self.running = False
@@ -31,7 +31,7 @@ class Pdos:
             pdo.add_callback(self._received)
 
     def begin(self) -> None:
-        """Operational: TPDOs on change are sent once, or again and again by their event timer."""
+        """Operational: TPDOs on change are sent once, or repeatedly by their event timer."""
         self.running, self._syncs = True, 0
         self._due.clear()
         for pdo in self._node.rpdo.map.values():
@@ -40,13 +40,13 @@ class Pdos:
             self._set_up(pdo)
 
     def end(self) -> None:
-        """Nothing goes or comes."""
+        """Stop all PDOs."""
         self.running = False
         for pdo in self._node.tpdo.map.values():
             pdo.stop()
 
     def written(self, index: int, subindex: int) -> None:
-        """An object has a value, perhaps a new one."""
+        """An object was written; its value may have changed."""
         if not self.running:
             return
         if _COM_RX <= index < _END:
@@ -59,7 +59,7 @@ class Pdos:
                     self._send(pdo)
 
     def on_sync(self) -> None:
-        """TPDOs take the dictionary's values, then RPDOs that came since the last SYNC change it."""
+        """TPDOs copy the dictionary's values, then RPDOs received since the last SYNC change it."""
         if not self.running:
             return
         self._syncs += 1
@@ -98,7 +98,7 @@ class Pdos:
             self._send(pdo)
 
     def _send(self, pdo: PdoMap) -> None:
-        """What the dictionary has now; the event timer runs anew."""
+        """Sends the dictionary's current values; restarts the event timer."""
         pdo.stop()
         self._due.discard(id(pdo))
         for var in pdo.map:
@@ -112,7 +112,7 @@ class Pdos:
         return any(var.get_data() != self._value(var) for var in pdo.map)
 
     def _value(self, var: PdoVariable) -> bytes:
-        """The dictionary's; zeros as long as nobody has given it one."""
+        """The dictionary's value; zeros until one is set."""
         try:
             return bytes(self._node.get_data(var.index, var.subindex))
         except SdoAbortedError:
@@ -135,7 +135,7 @@ class Pdos:
 
 
 def _read(pdo: PdoMap) -> None:
-    """From the dictionary; one that it does not say in full, or that cannot be, is off."""
+    """The dictionary's PDO; an incomplete or impossible one is off."""
     trouble = ""
     try:
         pdo.read()

@@ -1,4 +1,4 @@
-"""canopen's RemoteNode with waits in the lab's time: for SDO responses, boot-ups, heartbeats, PDOs, emergencies."""
+"""canopen's RemoteNode, with waits in the lab's time: for SDO responses, boot-ups, heartbeats, PDOs, emergencies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from canwire.ecus.bench import LabCondition
 
 
 class LabRemoteNode(RemoteNode):  # type: ignore[misc]
-    """As `LabCanopen.add_node` makes it, on the lab's `node`."""
+    """Created by `LabCanopen.add_node`, on the lab's `node`."""
 
     def __init__(self, node: LabNode, id: int, dictionary: ObjectDictionary | str) -> None:
         self._node = node
@@ -22,7 +22,7 @@ class LabRemoteNode(RemoteNode):  # type: ignore[misc]
             pdo.receive_condition = LabCondition(node)
 
     def add_sdo(self, rx_cobid: int, tx_cobid: int) -> SdoClient:
-        """As canopen's."""
+        """As in canopen."""
         client = _LabSdo(self._node, rx_cobid, tx_cobid, self.object_dictionary)
         self.sdo_channels.append(client)
         if self.has_network():
@@ -31,7 +31,7 @@ class LabRemoteNode(RemoteNode):  # type: ignore[misc]
 
 
 class _LabSdo(SdoClient):  # type: ignore[misc]
-    """RESPONSE_TIMEOUT is the lab's."""
+    """RESPONSE_TIMEOUT counts the lab's time."""
 
     def __init__(self, node: LabNode, rx_cobid: int, tx_cobid: int, dictionary: ObjectDictionary) -> None:
         super().__init__(rx_cobid, tx_cobid, dictionary)
@@ -49,7 +49,7 @@ class _LabSdo(SdoClient):  # type: ignore[misc]
 
 
 class _LabNmt(NmtMaster):  # type: ignore[misc]
-    """Waits by the lab's time."""
+    """Waits in the lab's time."""
 
     def __init__(self, node: LabNode, id: int) -> None:
         super().__init__(id)
@@ -57,7 +57,7 @@ class _LabNmt(NmtMaster):  # type: ignore[misc]
         self.state_update = LabCondition(node)
 
     def wait_for_bootup(self, timeout: float = 10) -> None:
-        """Raises NmtError."""
+        """Raises NmtError after the timeout."""
         deadline_ns = self._time.now_ns + round(timeout * 1e9)
         self._state_received = None
         while self._state_received != 0:

@@ -1,4 +1,4 @@
-"""An ECU's ends of CANopen's services, where canopen's local ones leave the behaviour of a device open.
+"""The CANopen services of an ECU, where canopen's local ones leave the behaviour of a device open.
 
 Source: CiA 301 4.2.0, 7.2.4 (SDO), 7.2.7 (EMCY), 7.2.8 (NMT), 7.3.2 (state machine).
 """
@@ -26,7 +26,7 @@ TALKING = ("PRE-OPERATIONAL", "OPERATIONAL")
 
 
 def number_at(node: LocalNode, index: int, otherwise: int) -> int:
-    """An object's value; `otherwise` where the dictionary has none."""
+    """An object's value; `otherwise` if the dictionary has none."""
     try:
         return int.from_bytes(node.get_data(index, 0), "little")
     except SdoAbortedError:
@@ -34,7 +34,7 @@ def number_at(node: LocalNode, index: int, otherwise: int) -> int:
 
 
 class Nmt(NmtSlave):  # type: ignore[misc]
-    """Resets go through `reset(code)`, other changes of state end in `entered()`."""
+    """Resets call `reset(code)`, other changes of state call `entered()` at their end."""
 
     def __init__(
         self, id: int, node: LocalNode, reset: Callable[[int], None], entered: Callable[[], None]
@@ -60,7 +60,7 @@ class Nmt(NmtSlave):  # type: ignore[misc]
             self._entered()
 
     def boot(self) -> None:
-        """Send the boot-up message; pre-operational from then on, with heartbeats where the dictionary has them."""
+        """Send the boot-up message; pre-operational from then on, with heartbeats if the dictionary enables them."""
         super().send_command(RESET_NODE)
         if number_at(self._local_node, _HEARTBEAT, 0):
             super().send_command(_PRE_OPERATIONAL)
@@ -69,7 +69,7 @@ class Nmt(NmtSlave):  # type: ignore[misc]
 
 
 class Sdo(SdoServer):  # type: ignore[misc]
-    """Answers while pre-operational or operational; requests have 8 bytes. Block transfers are `blocks.py`'s."""
+    """Answers while pre-operational or operational; requests have 8 bytes. Block transfers are in `blocks.py`."""
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x600 + node.id, 0x580 + node.id, node)
@@ -78,7 +78,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
         self._heard_s = 0.0
 
     def forget(self) -> None:
-        """No transfer is under way any more."""
+        """Discard the transfer that is under way."""
         self._block = None
 
     def on_request(self, can_id: int, data: bytearray, timestamp: float) -> None:
@@ -94,7 +94,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
             super().on_request(can_id, data, timestamp)
 
     def block_upload(self, data: bytearray) -> None:
-        """The client asks for an object in blocks; a short one is handed over as usual, where it has said so."""
+        """The client requests an object in blocks; a short one is sent without blocks if the client allows it."""
         self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
         found = self._node.get_data(self._index, self._subindex, check_readable=True)
         if len(found) <= data[5]:
@@ -104,7 +104,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
         self._block = BlockUpload(bytes(found), bytes(data[1:4]), data[4], crc, self.send_response)
 
     def block_download(self, data: bytearray) -> None:
-        """The client sends an object in blocks."""
+        """The client writes an object in blocks."""
         self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
         index, subindex = self._index, self._subindex
         size = int.from_bytes(data[4:8], "little") if data[0] & _SIZED else None
@@ -127,7 +127,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
 
 
 class Emergencies(EmcyProducer):  # type: ignore[misc]
-    """Also kept in the dictionary's error register and list of errors, where it has them."""
+    """Also kept in the error register and list of errors of the dictionary, if it has them."""
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x80 + node.id)
@@ -135,19 +135,19 @@ class Emergencies(EmcyProducer):  # type: ignore[misc]
         self._node = node
 
     def send(self, code: int, register: int = 0, data: bytes = b"") -> None:
-        """An error: its code (16 bits), what the error register says from now on, five bytes of the maker's."""
+        """Send an error: its code (16 bits), the new error register, and five manufacturer-specific bytes."""
         self._keep(code, register, data)
         if self._may():
             super().send(code, register, data)
 
     def reset(self, register: int = 0, data: bytes = b"") -> None:
-        """The error is over."""
+        """The error has ended."""
         self._keep(0, register, data)
         if self._may():
             super().reset(register, data)
 
     def set_cob_id(self, value: int) -> None:
-        """As object 0x1014 has it."""
+        """The value of object 0x1014."""
         self.cob_id, self.valid = value & 0x1FFF_FFFF, not value & _NOT_VALID
 
     def _may(self) -> bool:

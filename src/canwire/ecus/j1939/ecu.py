@@ -1,4 +1,4 @@
-"""A small ECU that speaks J1939: can-j1939's ControllerApplication with the behaviour of a device around it.
+"""A small ECU with J1939: can-j1939's ControllerApplication with the behaviour of a device.
 
 Source: SAE J1939-21 5.4.2 (requests), 5.4.4 (acknowledgment); J1939-73 5.7.1 (DM1); J1939-81 4 (addresses).
 """
@@ -30,7 +30,7 @@ Content = bytes | Callable[[], bytes]
 
 
 class Application(ControllerApplication):  # type: ignore[misc]
-    """Its timers rest while it has no address to send from."""
+    """Its timers pause while it has no address."""
 
     def add_timer(self, delta_time: float, callback: Callable[[Any], Any], cookie: Any = None) -> None:
         def turn(cookie: Any) -> Any:
@@ -40,7 +40,7 @@ class Application(ControllerApplication):  # type: ignore[misc]
 
 
 class J1939Ecu:
-    """`bus.node("engine", J1939Ecu(0x80))` in the lab, `J1939Ecu(0x80).start(unit)` on a connected unit of can-j1939's.
+    """`bus.node("engine", J1939Ecu(0x80))` in the lab, `J1939Ecu(0x80).start(unit)` on a connected unit of can-j1939.
 
     It claims `address` half a second later, and gives way to who has the lower name: to the next address if its own
     (`name`, can-j1939's) says arbitrary_address_capable, to none if not. `groups` are its parameter groups, by number
@@ -84,7 +84,7 @@ class J1939Ecu:
         self.start(LabJ1939(node))
 
     def start(self, unit: ElectronicControlUnit) -> None:
-        """Start on `unit`, which is connected."""
+        """Start on `unit`, which must be connected."""
         application = self.application
         unit.add_ca(controller_application=application)
         application.subscribe(self._heard)
@@ -95,7 +95,7 @@ class J1939Ecu:
 
     @property
     def address(self) -> int | None:
-        """None as long as it has none."""
+        """The address; None while it has none."""
         return int(self.application.device_address) if self.state == "claimed" else None
 
     @property
@@ -104,7 +104,7 @@ class J1939Ecu:
         return _STATES[self.application.state]
 
     def send(self, pgn: int, data: bytes, destination: int = GLOBAL, priority: int = _PRIORITY) -> None:
-        """One frame; more than 8 bytes by BAM to everybody, by RTS and CTS to one.
+        """One frame; more than 8 bytes by BAM to all nodes, by RTS and CTS to one.
 
         Waits its turn behind another long message to the same destination. Raises BadValue for more than 1785 bytes,
         and can-j1939's RuntimeError while there is no address.
@@ -118,7 +118,7 @@ class J1939Ecu:
                     self.application.add_timer(_RETRY_S, self._retry)
 
     def set_faults(self, faults: Sequence[Mapping[str, int]], lamps: Mapping[str, int] | None = None) -> None:
-        """DM1 from now on: faults with `spn`, `fmi`, perhaps `oc`; lamps `pl`, `awl`, `rsl`, `mil` (j1939.DtcLamp)."""
+        """Start DM1: faults with `spn`, `fmi`, perhaps `oc`; lamps `pl`, `awl`, `rsl`, `mil` (j1939.DtcLamp)."""
         begun = bool(self._faults or self._lamps)
         self._faults, self._lamps = [dict(fault) for fault in faults], dict(lamps or {})
         if not begun:

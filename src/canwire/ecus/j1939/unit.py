@@ -15,13 +15,13 @@ from j1939 import ElectronicControlUnit
 from canwire import Frame, LabNode, Timer
 from canwire.ecus.bench import LabFrames
 
-_IDLE_S = 5.0  # the transport layer wants to be looked at again so late when nothing is on its way
-_AGAIN_NS = 1_000_000  # after which it is looked at again when it says "at once"
+_IDLE_S = 5.0  # the transport layer is checked again after this time when no message is on its way
+_AGAIN_NS = 1_000_000  # after which it is checked again when it says "immediately"
 Callback = Callable[[Any], Any]
 
 
 class _LabClock:
-    """What the transport layer takes for the module `time`."""
+    """Replaces the module `time` for the transport layer."""
 
     def __init__(self, node: LabNode) -> None:
         self._time = node.time
@@ -31,7 +31,7 @@ class _LabClock:
 
 
 class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
-    """Connected as soon as it is there; `node`'s frames are all taken. Controller applications are added as ever.
+    """Connected from its creation; it takes all frames of `node`. Controller applications are added as in can-j1939.
 
     Timers do not keep the lab from being idle, messages on their way do. `errors` are what frames that make no sense
     have led to. `max_cmdt_packets` (1 to 255) is how many packets a CTS allows. Classic frames alone (J1939-21).
@@ -60,7 +60,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
         return self._frames.errors
 
     def add_timer(self, delta_time: float, callback: Callback, cookie: Any = None) -> None:
-        """Call back after `delta_time` seconds of the lab's; again each time as long as it returns True."""
+        """Call back after `delta_time` seconds of the lab's time; repeated while it returns True."""
         time, period_ns = self.node.time, max(1, round(delta_time * 1e9))
 
         def start(due_ns: int) -> None:
@@ -76,13 +76,13 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
         start(time.timeline.now_ns + period_ns)
 
     def remove_timer(self, callback: Callback) -> None:
-        """Those of this callback, all of them."""
+        """Remove all timers of this callback."""
         for entry in [entry for entry in self._timers if entry[0] == callback]:
             entry[1].cancel()
             self._timers.remove(entry)
 
     def stop(self) -> None:
-        """Nothing more is sent or heard; the node stays on its bus."""
+        """Stop sending and receiving; the node stays on its bus."""
         for _, timer in self._timers:
             timer.cancel()
         self._timers.clear()
@@ -104,7 +104,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
             self.notify(frame.id, bytearray(frame.data), (frame.timestamp_ns or 0) / 1e9)
 
     def _async_job_thread(self) -> None:
-        """Timers and turns are the lab's."""
+        """Timers and turns run in the lab's time."""
 
     def _job_thread_wakeup(self) -> None:
         self._turn_at(self.node.time.timeline.now_ns)
@@ -125,7 +125,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
 
 
 def _transport_by(clock: _LabClock) -> Any:
-    """J1939_21 as it is, from a copy of its module whose `time` is this clock: others in this process keep theirs."""
+    """J1939_21 as it is, from a copy of its module whose `time` is this clock: other users keep the real one."""
     found = find_spec("j1939.j1939_21")
     assert found is not None
     assert found.loader is not None

@@ -1,1 +1,1 @@
-"""CAN_BCM: the broadcast manager, which sends by itself and tells only what changes."""
+"""CAN_BCM: the broadcast manager, which sends by itself and reports only changes."""

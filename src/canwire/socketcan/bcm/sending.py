@@ -27,7 +27,7 @@ from canwire.socketcan.ports import refuse
 
 
 class Repeated(Protocol):
-    """A frame that somebody else repeats: cyclic.py's."""
+    """A frame that cyclic.py repeats."""
 
     def replace(self, frame: bytes) -> bool:
         """Another frame at the same times; False where that cannot be."""

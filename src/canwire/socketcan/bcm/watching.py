@@ -1,4 +1,4 @@
-"""RX_SETUP's operation: what of an identifier's frames is told, and that none comes any more.
+"""RX_SETUP's operation: reports changed frames of an identifier, and the timeout when no more frames arrive.
 
 Source: the kernel's documentation, networking/can.rst 4.2; what happens in which order is the kernel's.
 """

@@ -1,4 +1,4 @@
-"""One connection of a socketcand client: what it asks for, what it is told, in which mode."""
+"""One connection of a socketcand client: its commands, the answers, and its mode."""
 
 from __future__ import annotations
 
@@ -99,9 +99,9 @@ class Client:
         self._work()
 
     def _work(self) -> None:
-        """What has been read, as far as the line has room for it; only then is more read."""
+        """Executes the commands that were read while the line has room; only then is more read."""
         while self._commands and not self._over and not self._blocked:
-            _, begun, command = self._commands.popleft().partition("<")  # what stands before it is no command
+            _, begun, command = self._commands.popleft().partition("<")  # text before it is no command
             try:
                 if begun:
                     self._do(command.split())
@@ -283,7 +283,7 @@ class Client:
             self._say(text)
 
     def congested(self) -> bool:
-        """A hub in fast time waits for whoever reads slowly: Listener's."""
+        """A hub in fast time waits for a client that reads slowly: Listener's."""
         return len(self._output) > _MOST_UNREAD // 2
 
     def interface_lost(self, interface: Interface, error: int) -> None:

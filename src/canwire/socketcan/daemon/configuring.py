@@ -1,4 +1,4 @@
-"""`< can0 B ... >` and `< can0 C ... >`: a bus is taken down and set up anew, before it is opened.
+"""`< can0 B ... >` and `< can0 C ... >`: a bus is stopped and set up again before it is opened.
 
 Source: linux-can/socketcand, doc/protocol.md and canctl.c: the words go into a struct can_bittiming as they are.
 """

@@ -1,4 +1,4 @@
-"""The server: connections, interfaces, and a beacon for whoever looks for one."""
+"""The server: connections, interfaces, and a beacon that clients can find."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Daemon:
         self.address: Address = address if isinstance(address, str) else self._listener.getsockname()[:2]
         self._loop = Loop(usual())
         self._boards = Event()
-        hub.watch(self._boards)  # before the list of boards is read: a board that comes later is told of
+        hub.watch(self._boards)  # before the list of boards is read: later boards are reported
         table = Table(os.path.join(self._directory.name, "table"), b"socketcand")
         interfaces = Interfaces(hub, table, mappings or {})
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)

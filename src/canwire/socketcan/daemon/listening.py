@@ -28,7 +28,7 @@ def parse_address(text: str) -> Address:
 
 
 def listener(address: Address) -> socket.socket:
-    """It listens, and waits for nobody. A path is this user's alone. Raises OSError."""
+    """A listening, non-blocking socket. Only this user can open a path. Raises OSError."""
     if isinstance(address, str):
         made = _unix_listener(address)
     else:
@@ -70,7 +70,7 @@ def _unix_listener(path: str) -> socket.socket:
 
 
 def _remove_dead(path: str) -> None:
-    """A socket that nobody listens on any more, since its server was killed."""
+    """Removes the socket file of a server that was killed."""
     with contextlib.suppress(FileNotFoundError, ConnectionRefusedError):
         if not stat.S_ISSOCK(os.stat(path).st_mode):
             return

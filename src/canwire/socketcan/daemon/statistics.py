@@ -41,7 +41,7 @@ class Statistics:
             self._wait(interval_ms / 1000)
 
     def stop(self) -> None:
-        """Nothing more is told."""
+        """Stops the reports."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -90,7 +90,7 @@ def request(words: Sequence[str]) -> Message:
 
 
 def heard(frame: bytes, stamp_ns: int, *, apart: bool) -> str:
-    """What a client is told of a struct can_frame or canfd_frame; bytes stand `apart` in the BCM mode only."""
+    """The text of a struct can_frame or canfd_frame for a client; bytes are `apart` in the BCM mode only."""
     can_id = int.from_bytes(frame[:4], "little")
     length = frame[4]
     time = time_of(stamp_ns)

@@ -58,14 +58,14 @@ def flow_control(options: Options, status: int) -> bytes:
 
 
 def gap_ns(stmin: int) -> int:
-    """The separation time that a flow control asks for; reserved values mean the longest (ISO 15765-2 9.6.5.4)."""
+    """The separation time that a flow control requests; reserved values mean the longest (ISO 15765-2 9.6.5.4)."""
     if stmin <= 0x7F:
         return stmin * 1_000_000
     return (stmin - 0xF0) * 100_000 if stmin in _STEPS_OF_100_US else 127_000_000
 
 
 def well_padded(options: Options, frame: bytes, used: int) -> bool:
-    """What comes behind the `used` bytes of a received frame is as this socket wants it."""
+    """Whether the rest after the `used` bytes of a received frame is as this socket wants it."""
     if not options.flags & (CHK_PAD_LEN | CHK_PAD_DATA):
         return True
     wanted = _fitting(used)

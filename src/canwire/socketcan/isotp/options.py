@@ -29,7 +29,7 @@ _WORD = struct.Struct("<I")
 
 @dataclass(frozen=True)
 class Options:
-    """Times in ns. `block_size` and `stmin` are what this side asks for in its flow control."""
+    """Times in ns. `block_size` and `stmin` are the values in the flow control of this side."""
 
     flags: int = 0
     frame_time_ns: int = USUAL_FRAME_TIME_NS

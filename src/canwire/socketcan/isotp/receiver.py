@@ -60,7 +60,7 @@ class Receiver:
             self._take_consecutive(frame, body, stamp_ns)
 
     def stop(self) -> None:
-        """The socket is closed, or its line is gone; nothing is told."""
+        """The socket is closed, or its line is gone; nothing is reported."""
         self._size = 0
         self._cancel()
 

@@ -1,6 +1,6 @@
 """The sending side of an ISO-TP socket: one message at a time, paced by the receiver.
 
-Times begin when a frame is on the bus: `confirm` is told of each that came back from there.
+Times begin when a frame is on the bus: `confirm` is called for each frame that came back from the bus.
 Source: ISO 15765-2:2016 9.7 and 9.8; errors are the kernel's.
 """
 
@@ -114,7 +114,7 @@ class Sender:
             self._finish(errno.EMSGSIZE if status == layout.OVERFLOW else errno.EBADMSG)
 
     def stop(self) -> None:
-        """The socket is closed, or its line is gone; nothing is told."""
+        """The socket is closed, or its line is gone; nothing is reported."""
         self._cancel()
         self.state = State.IDLE
 
@@ -126,7 +126,7 @@ class Sender:
         self._go_on()
 
     def _go_on(self) -> None:
-        """As many as may be on their way at once; with a gap, one after each that was on the bus."""
+        """Sends as many frames as may be on their way; with a gap, one after each that was on the bus."""
         if self._gap_ns:
             if not self._unconfirmed and self._timer is None:
                 self._timer = self._timers.call_in(self._gap_ns / 1e9, self._next_after_gap)

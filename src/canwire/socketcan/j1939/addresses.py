@@ -1,4 +1,4 @@
-"""Who has which address on a bus: the claims that were heard there, and the addresses that sockets here use.
+"""The addresses on a bus: the claims that were received, and the addresses that this server's sockets use.
 
 The claims themselves are sent by programs (j1939acd); a claim holds 250 ms after it was on the bus.
 Source: SAE J1939-81 4.5, Linux' Documentation/networking/j1939.rst, "Dynamic addressing".

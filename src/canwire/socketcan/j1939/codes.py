@@ -1,4 +1,4 @@
-"""Commands and abort reasons of J1939's transport protocol, and what a program is told of the latter.
+"""Commands and abort reasons of J1939's transport protocol, and the errors that a program gets for the reasons.
 
 Source: SAE J1939-21 5.10 (TP), ISO 11783-3 5.11 (ETP); the errno's are those of Linux' documentation.
 """

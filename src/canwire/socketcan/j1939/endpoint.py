@@ -1,4 +1,4 @@
-"""What a J1939 socket is bound and connected to, and which messages it hears therefore.
+"""What a J1939 socket is bound and connected to, and which messages it receives therefore.
 
 Source: Linux' Documentation/networking/j1939.rst, "API Calls" and "Message Filtering".
 """
@@ -63,7 +63,7 @@ def checked_priority(number: int) -> int:
 
 
 class Endpoint:
-    """`broadcasts` tells whether SO_BROADCAST is set; `deliver` and `report` bring what is for the program."""
+    """`broadcasts` says whether SO_BROADCAST is set; `deliver` and `report` bring what is for the program."""
 
     def __init__(
         self,

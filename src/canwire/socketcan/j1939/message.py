@@ -17,7 +17,7 @@ USUAL_PRIORITY = 6
 
 @dataclass(frozen=True)
 class Message:
-    """Names are 0 where nobody knows them; `pgn` has no destination in it."""
+    """Names are 0 if unknown; `pgn` has no destination in it."""
 
     pgn: int
     source: int

@@ -1,4 +1,4 @@
-"""One bus as J1939 sees it: what is heard there goes to claims, to messages that are on their way, and to sockets."""
+"""One bus as J1939 sees it: received frames go to claims, to messages that are on their way, and to sockets."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _Key = tuple[Kind, int, int]  # source and destination of the message
 
 
 class Network:
-    """`put` sends a frame for an endpoint (None: for those who receive here); `largest`: bytes that one message has."""
+    """`put` sends a frame for an endpoint (None: for the receivers here); `largest`: the most bytes of a message."""
 
     def __init__(
         self,

@@ -45,7 +45,7 @@ def refusal(kind: Kind, size: int, largest: int) -> Abort | None:
 
 
 class Receiving(Transfer):
-    """`wanted` tells whether a socket here wants it. `data` is what has come; `stamp_ns` when the last of it did."""
+    """`wanted` says whether a socket wants it. `data` is what has come; `stamp_ns` when the last of it did."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What a socket's error queue tells of messages on their way.
+"""Reports in the error queue of a socket about messages on their way.
 
 Source: linux/can/j1939.h, linux/errqueue.h, Linux' Documentation/networking/j1939.rst.
 """

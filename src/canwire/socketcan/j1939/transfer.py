@@ -56,7 +56,7 @@ class Transfer:
         self.end(error_of(data[1]))
 
     def stop(self) -> None:
-        """The socket or the bus is gone; nothing is told."""
+        """The socket or the bus is gone; nothing is reported."""
         self._ended = True
         self._await(None)
 

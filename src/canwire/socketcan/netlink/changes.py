@@ -1,6 +1,6 @@
-"""What rtnetlink's groups hear: changes of the server's interfaces, and whatever the kernel tells.
+"""Messages to rtnetlink's groups: changes of the server's interfaces, and those that the kernel reports.
 
-Each subscriber is told by itself: groups of NETLINK_USERSOCK are an administrator's.
+Each subscriber gets a separate message: groups of NETLINK_USERSOCK are an administrator's.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Changes:
                     told = message(DELETE_LINK, 0, 0, 0, self._links.gone(interface))
                 else:
                     told = message(NEW_LINK, 0, 0, 0, self._links.link(interface))
-            except CanwireError:  # its board goes just now, which is told next
+            except CanwireError:  # its board is being removed, which is reported next
                 continue
             for port in [port for port, groups in self._groups.items() if LINK_GROUP in groups]:
                 self._tell(port, told)

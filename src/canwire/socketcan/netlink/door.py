@@ -63,7 +63,7 @@ class NetlinkDoor:
         with suppress(BlockingIOError):
             data, ancillary, _, sender = self._end.recvmsg(_LARGEST, socket.CMSG_SPACE(_CREDENTIALS.size))
             users = [_CREDENTIALS.unpack(value)[1] for _, _, value in ancillary]
-            if users and users[0] in (0, os.geteuid()):  # anybody can send to such a socket
+            if users and users[0] in (0, os.geteuid()):  # any process can send to such a socket
                 self.answer(data, sender[0])
 
     def subscribe(self, port: int, group: int) -> None:
@@ -106,7 +106,7 @@ class NetlinkDoor:
         return message(NEW_LINK, flags, request.sequence, port, self._links.link(interface))
 
     def _ask_kernel(self, request: Request, port: int) -> None:
-        """It answers while it is asked; a dump goes on as its parts are read."""
+        """The kernel answers within the request; a dump continues as its parts are read."""
         with socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_NONBLOCK, _ROUTE) as kernel:
             kernel.send(request.whole)
             with suppress(BlockingIOError):

@@ -1,6 +1,6 @@
 """/sys/class/net as programs find it: the server's interfaces beside links to the kernel's own.
 
-The files are written anew whenever a program asks for one of them.
+The files are written again whenever a program asks for one of them.
 Source: the kernel's Documentation/ABI/testing/sysfs-class-net and -statistics.
 """
 
@@ -19,7 +19,7 @@ _KERNEL = Path("/sys/class/net")
 
 
 def put_whole(path: Path, text: str) -> None:
-    """Who reads the file meanwhile has what it was, or this."""
+    """A concurrent reader gets either the old content or this."""
     new = path.with_name(f".{path.name}")
     new.write_text(text, encoding="utf-8", newline="\n")
     os.replace(new, path)

@@ -1,7 +1,7 @@
 """The server's interfaces as links: what `ip link` shows of them, and what it may set.
 
-A line is set up and started as by `canwire up`, and goes on when the program has ended; "down" stops it for everybody
-on it, as `canwire stop` does.
+A line is set up and started as by `canwire up`, and keeps running when the program has ended; "down" stops it for all
+programs, as `canwire stop` does.
 """
 
 from __future__ import annotations
@@ -255,7 +255,7 @@ def _flags(interface: Interface) -> tuple[int, bool]:
 
 
 def _candidate(hub: Hub, interface: Interface) -> LinePlace:
-    """A line that goes on by itself (`ip link set up`, `canwire up`), else one that nobody uses, else the first."""
+    """A line that runs without a program (`ip link set up`, `canwire up`), else an unused one, else the first."""
     places = find_lines(hub, interface.target, "CAN")
     able = [place for place in places if place.info.capabilities.data is not None] or places
     statuses = [(place, place.status(hub)) for place in able]

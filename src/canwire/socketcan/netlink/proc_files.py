@@ -32,7 +32,7 @@ _EXACT = CAN_EFF_FLAG | CAN_RTR_FLAG
 
 
 class Wanted(NamedTuple):
-    """One entry of a receive list: what a socket hears; `interface` 0: all. `matches` are those of its socket."""
+    """One entry of a receive list: a filter of a socket; `interface` 0: all. `matches` are those of its socket."""
 
     interface: int
     can_id: int

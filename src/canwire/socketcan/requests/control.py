@@ -1,4 +1,4 @@
-"""What shims ask: one message on a connection of its own, one answer."""
+"""Requests of shims: one message on a separate connection, one answer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BACKLOG = 512
 
 
 class Request(NamedTuple):
-    """shim/shim.h, struct request, and the data behind it; `program` is the name of who asks."""
+    """shim/shim.h, struct request, and the data after it; `program` is the name of the asking program."""
 
     operation: int
     slot: int
@@ -34,7 +34,7 @@ class Request(NamedTuple):
 
 
 class Asked:
-    """One request to be answered, now or later; whoever asks waits."""
+    """One request to be answered, now or later; the asking process waits."""
 
     def __init__(self, loop: Loop, connection: socket.socket) -> None:
         self._loop = loop
@@ -51,7 +51,7 @@ class Asked:
             self.hold(lambda: self._give(result, data, descriptor))
 
     def when_gone(self, call: Callable[[], object]) -> None:
-        """Whoever asks was interrupted, or has ended."""
+        """Calls `call` when the asking process was interrupted or has ended."""
 
         def gone(_: int) -> None:
             self._loop.forget(self._connection.fileno())
@@ -93,7 +93,7 @@ Answering = Callable[[Request, Asked], object]
 class Control:
     """Listens at `path`; `answering` gets each request, and raises OSError or CanwireError for one that fails.
 
-    Anything else that it raises is told to `fault`, with the name of who asked; that request fails, and no other.
+    Any other exception is reported to `fault`, with the name of the program; only that request fails.
     """
 
     def __init__(

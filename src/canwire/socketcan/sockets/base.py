@@ -184,5 +184,5 @@ def index_of(address: bytes) -> int:
 def message_of(
     payload: bytes, stamp_ns: int, interface: int, drops: int, error: int = 0, flags: int = 0
 ) -> bytes:
-    """A message to the program, behind its header."""
+    """A message to the program, after its header."""
     return _RECEIVED.pack(stamp_ns, drops, interface, flags, error, len(payload)) + payload

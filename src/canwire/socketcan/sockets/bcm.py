@@ -1,4 +1,4 @@
-"""CAN_BCM sockets: requests of the broadcast manager and what it tells."""
+"""CAN_BCM sockets: requests to the broadcast manager and its reports."""
 
 from __future__ import annotations
 

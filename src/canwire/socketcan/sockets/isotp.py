@@ -43,7 +43,7 @@ _HEAD = struct.Struct("<IBBBB")
 
 
 class IsoTpSocket(MessageSocket):
-    """Options come before `bind`, after which messages move. Who closes it leaves a message that is being sent."""
+    """Options are set before `bind`, which starts transfers. A message that is being sent survives `close`."""
 
     def __init__(self, opened: Opened) -> None:
         self._options = Options()

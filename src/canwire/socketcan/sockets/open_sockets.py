@@ -1,4 +1,4 @@
-"""Every CAN socket of one server's programs: made here, found by slot or by inode, and forgotten once nobody has it."""
+"""Every CAN socket of one server's programs: created here, found by slot or inode, removed once unused."""
 
 from __future__ import annotations
 

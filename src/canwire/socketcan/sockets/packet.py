@@ -46,7 +46,7 @@ _WAKE = b"\0"
 
 
 class PacketSocket(RawSocket):
-    """One that is not bound hears the interfaces that are in use when it is made."""
+    """An unbound socket receives from the interfaces that are in use when it is created."""
 
     def __init__(self, opened: Opened, protocol: int) -> None:
         super().__init__(opened)

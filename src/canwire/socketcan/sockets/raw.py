@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 
     Array = numpy.ndarray
 
-_LATER = 16  # waiting rows below which a bus that waits goes on
+_LATER = 16  # waiting rows below which a waiting bus continues
 _KICKS = 64
-_MUCH = 64  # frames after which more is looked for at once
+_MUCH = 64  # frames after which the next check follows immediately
 
 
 class RawSocket(StampedSocket):
-    """A socket without a program's bind hears nothing and sends to addresses only."""
+    """A socket that the program has not bound receives nothing and sends to addresses only."""
 
     def __init__(self, opened: Opened) -> None:
         table, slot = opened.setting.table, opened.slot
@@ -163,7 +163,7 @@ class RawSocket(StampedSocket):
     def readable(self) -> None:
         messages, self._hung_up = self.arrived(_KICKS)
         if self._hung_up:
-            self.setting.loop.forget(self.end.fileno())  # which would be told again and again
+            self.setting.loop.forget(self.end.fileno())  # whose end would be reported repeatedly
             self.setting.deserted()
         for message in messages:
             if len(message) > 1:  # else a kick, or nothing

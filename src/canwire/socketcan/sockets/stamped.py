@@ -1,4 +1,4 @@
-"""What a socket of frames tells of those that it sends: when they left, when they were on the bus (SO_TIMESTAMPING)."""
+"""Time stamps of the frames that a socket sends: when they left, when they were on the bus (SO_TIMESTAMPING)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class StampedSocket(CanSocket):
-    """`put` has the program hear rows of `received_dtype`."""
+    """`put` delivers rows of `received_dtype` to the program."""
 
     errors: TransmitStamps | None = None
 

@@ -56,7 +56,7 @@ class LinkSockets:
 
 
 def _received(call: Call, program: Program, end: socket.socket) -> int | None:
-    """What is there comes from the kernel, as far as the program is concerned; a wait is the kernel's."""
+    """Waiting data, with the kernel's address as its source for the program; None: the kernel waits."""
     flags = call.arguments[2] if call.name == "recvmsg" else call.arguments[3]
     try:
         data = end.recv(_LARGEST, flags & socket.MSG_PEEK | socket.MSG_DONTWAIT)

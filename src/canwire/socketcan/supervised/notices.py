@@ -52,7 +52,7 @@ class Listener:
         self.descriptor = descriptor
 
     def receive(self) -> Call | None:
-        """The next call; None: whoever made it is gone."""
+        """The next call; None: its process is gone."""
         room = bytearray(_NOTICE.size)
         try:
             fcntl.ioctl(self.descriptor, _RECEIVE, room)

@@ -1,4 +1,4 @@
-"""Answers the calls of programs that preload nothing; all other calls go on to the kernel."""
+"""Answers the calls of programs that preload nothing; all other calls are passed to the kernel."""
 
 from __future__ import annotations
 

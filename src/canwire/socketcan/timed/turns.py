@@ -1,8 +1,8 @@
-"""The programs of one `canwire run` in a lockstep hub's time: its server takes part in it for all of them.
+"""The programs of a `canwire run` in the time of a lockstep hub: the server takes part in it for all of them.
 
-While a thread of theirs runs, time stands, and the server answers its requests and nothing else. Once all of them wait,
-the server hands on what came and takes in what they have sent. Then those threads look again whose time has come or for
-whom there may be something, one after the other; when nobody is left, the server waits for its own next turn.
+While one of their threads runs, time does not pass, and the server only answers its requests. Once all of them wait,
+the server delivers received frames and collects sent ones. Then each thread whose time has come, or that may have
+data, checks again, one after the other; when none is left, the server waits for its next turn.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _AGAIN, _SLEEPS = 1, 2  # of a wait: shim/shim.h
 
 
 class TimedWaiter:
-    """A loop's waiter whose time is the hub's: `hub` takes part already. `loop` is set by whoever makes the loop."""
+    """A loop's waiter whose time is the hub's: `hub` takes part already. The creator of the loop sets `loop`."""
 
     loop: Loop
 
@@ -191,7 +191,7 @@ class TimedWaiter:
                 seat.looks = True
 
     def _hold(self, seat: Seat, give: Callable[[], object]) -> None:
-        """An answer: at once while the asker runs, else at its turn."""
+        """An answer: immediately while the asker runs, else at its turn."""
         if seat.give is None:
             give()
         else:
@@ -218,7 +218,7 @@ class TimedWaiter:
     def wait(self, seconds: float | None) -> list[tuple[int, int]]:
         found = self._urgent.poll(0)
         processes = [key[0] for key in self._seats]
-        if any(seat.runs(processes) for seat in self._seats.values()):  # time stands
+        if any(seat.runs(processes) for seat in self._seats.values()):  # time does not pass
             return found if found or seconds == 0 else self._urgent.poll(None)
         found += self._calm.wait(0)
         if not found and seconds != 0:
@@ -226,7 +226,7 @@ class TimedWaiter:
         return found
 
     def _go_on(self, seconds: float | None) -> None:
-        """Somebody has a turn, the server's is over, or time stands because nobody takes part yet."""
+        """A thread has a turn, the server's is over, or time does not pass because no thread takes part yet."""
         seat = self._next()
         if seat is not None:
             self._give(seat)

@@ -50,7 +50,7 @@ def unplug(call: Call) -> str:
 
 
 def up(call: Call) -> str:
-    """Start a line at a rate; it goes on without this page until it is stopped."""
+    """Start a line at a rate; it runs until it is stopped, also without this page."""
     fields, hub = call.fields, call.desk.link.hub
     address = fields.text("line", empty=False)
     bit_rate = fields.whole("rate", 1, FASTEST)

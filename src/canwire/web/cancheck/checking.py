@@ -37,7 +37,7 @@ class Checking:
         self.program.start(hub, port)
 
     def open(self, *, receive: bool, send: bool) -> list[Window]:
-        """Windows on a handle of their own, at work; raises CandrvError where the channels have run out."""
+        """Running windows on a new handle; raises CandrvError if no channel is left."""
         with self._lock:
             windows = self.program.open(receive=receive, send=send)
             for window in windows:

@@ -56,7 +56,7 @@ class MainDoing:
         return call.word("cancheck.left")
 
     def restart(self, call: Call) -> str:
-        """What a restart of the board does: the registry is read anew."""
+        """A restart of the board: the registry is read again."""
         port = _port(call)
         unload(call.desk.link.hub, port)
         return call.word("cancheck.restarted", port=port)

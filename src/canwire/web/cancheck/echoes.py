@@ -47,7 +47,7 @@ class Echoes:
         return self._channel.status().lost
 
     def close(self) -> None:
-        """Whoever waits leaves; a second time does nothing."""
+        """Ends all waits; a second call does nothing."""
         self._channel.close()
 
 

@@ -67,7 +67,7 @@ class Feed:
         )
         rows = [told_rows(one, self._seen.get(key_of(one), 0)) for one in windows]
         totals = {key_of(one): part["total"] for one, part in zip(windows, rows, strict=True)}
-        # what was cleared is told, too
+        # cleared lists are reported, too
         state = json.dumps([main, states, [part["first"] for part in rows]])
         if state == self._told and totals == self._seen:
             return ""

@@ -1,6 +1,6 @@
 """Message generators: which of them is due, what it sends, and which are paused.
 
-No thread and no clock of its own: `fire` is called when the time has come, and tells when it will come again.
+It has neither thread nor clock: the caller calls `fire` at its time, which returns the time of the next call.
 Source: CANDRV manual, 10.4, send dialog; rulings.md 35.
 """
 
@@ -48,7 +48,7 @@ class _Generator:
 
 
 class Generators:
-    """Any number of them; any thread may use it. `send(index, message)` tells whether there was room, or raises
+    """Any number of them; any thread may use it. `send(index, message)` says whether there was room, or raises
     CanwireError."""
 
     def __init__(self, send: Callable[[int, Outgoing], bool], clock_ns: Callable[[], int]) -> None:
@@ -118,7 +118,7 @@ class Generators:
                 self.pause(index)
 
     def activate(self, index: int) -> None:
-        """Its next message is due at once; one that is active already keeps its time."""
+        """Its next message is due immediately; a generator that is already active keeps its time."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble = None, ""
@@ -126,7 +126,7 @@ class Generators:
                 self._begin(one, self._clock_ns())
 
     def pause(self, index: int) -> None:
-        """It keeps its values: activated again, it goes on where it stood."""
+        """It keeps its values, and continues with them when it is activated again."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble, one.active = None, "", False

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """What the main window shows, as the device is now, whoever set it up. `rates` in bit/s."""
+    """What the main window shows, as the device is now, whichever program set it up. `rates` in bit/s."""
 
     port: str
     rate: int
@@ -52,7 +52,7 @@ class Port:
         return self._handle.can_mode == CanMode.CAN_2_0_B
 
     def shown(self) -> Shown:
-        """Asked of the device anew each time: another program may have changed it, and commands go with the mode."""
+        """Read from the device on each call: another program may have changed it, and commands depend on the mode."""
         handle = self._handle
         with translated(opened=True):
             state = handle.device.state()

@@ -1,7 +1,7 @@
 """CanCheck as a program: a port, and the windows that are open. One for all viewers of a page.
 
-It speaks to the line through canwire.candrv. No thread: whoever has it runs the windows (running.py), or, in tests,
-takes and fires by hand. Source: CANDRV manual, 10.4.
+It speaks to the line through canwire.candrv. It has no thread: running.py runs the windows; tests
+take and fire by hand. Source: CANDRV manual, 10.4.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class ReceiveWindow:
 
     @mask.setter
     def mask(self, mask: int) -> None:
-        """Acts at once; events that wait and are no longer wanted are gone, and count as lost."""
+        """Takes effect immediately; waiting events that the mask excludes are discarded, and count as lost."""
         if mask & ~int(EVERY_EVENT):  # ~ of a flag would leave out the bits that it has no name for
             raise BadValue(f"event mask {mask:X}: {int(EVERY_EVENT):X} has all types")
         self.handle.mask = mask

@@ -1,4 +1,4 @@
-"""The registry dialog: all entries of a port, written on OK; they count once the driver is loaded anew.
+"""The registry dialog: all entries of a port, written on OK; they take effect once the driver is loaded again.
 
 Source: CANDRV manual, 10.4, registry settings dialog; chapter 6.
 """

@@ -27,7 +27,7 @@ SINGLE_MS = 50  # in single message mode a message waits so long for its turn be
 class SendWindow:
     """`take` lists what has been sent meanwhile; `generators.fire` sends. Raises CandrvError.
 
-    `echoes` tells which frames the line has sent; messages are known by their content and order, as the driver
+    `echoes` says which frames the line has sent; messages are known by their content and order, as the driver
     itself knows them. `given_up` counts those that were never sent.
     """
 
@@ -92,7 +92,7 @@ class SendWindow:
             self.handle.command(Command.ABORT_TRANSMISSION)
             waiting = self.handle.sending.waiting
             self.take()
-            count = max(0, len(self._under_way) - waiting)  # one may be on the wire, and go on
+            count = max(0, len(self._under_way) - waiting)  # one may be on the wire, and is completed
             for _ in range(count):
                 self._under_way.pop()
             self.given_up += count

@@ -39,7 +39,7 @@ class SendDoing:
         return call.word("cancheck.aborted", count=self._sender(call).abort())
 
     def generator(self, call: Call) -> str:
-        """The generator's window, left by Activate or Pause (`state`): a new one, or that of `index` anew."""
+        """The generator's window, closed by Activate or Pause (`state`): a new one, or the changed one of `index`."""
         window, fields = self._sender(call), call.fields
         active = fields.choice("state", ("active", "paused")) == "active"
         index = fields.whole("index", 0, _LAST) if fields.text("index") else None

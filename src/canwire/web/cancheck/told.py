@@ -1,4 +1,4 @@
-"""What the page's script is told of CanCheck: JSON for the main window and each window, with the rows that are new."""
+"""The state of CanCheck for the script of the page: JSON for the main window and each window, with the new rows."""
 
 from __future__ import annotations
 

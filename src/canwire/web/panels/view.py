@@ -1,6 +1,6 @@
 """Panels: signals as values, switches and sliders, which a browser keeps and saves to files.
 
-A value is the newest one on its line, whoever sent it. A switch or slider changes its signal in the transmit list's row
+A value is the newest one on its line, from any sender. A switch or slider changes its signal in the transmit list's row
 of that message (a row is made where there is none), and sends it unless the row is in its cycle anyway.
 """
 
@@ -82,7 +82,7 @@ class Panels:
         return call.word("panels.was-set", signal=signal, value=value)
 
     async def _live(self, socket: WebSocket) -> None:
-        """The viewer says {"bound": [[line, message, signal], ...]}, and hears their values in that order."""
+        """The viewer says {"bound": [[line, message, signal], ...]}, and receives their values in that order."""
         bound: list[Bound] = []
         viewer = object()
 

@@ -16,7 +16,7 @@ LONGEST = 1_000_000  # values of one ramp
 
 
 class Change(NamedTuple):
-    """A signal, or with `byte` from 0 that byte, goes from `low` to `high` by `step`, then back or anew."""
+    """A signal, or with `byte` from 0 that byte, goes from `low` to `high` by `step`, then steps or jumps back."""
 
     name: str
     byte: int

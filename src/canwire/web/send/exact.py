@@ -36,7 +36,7 @@ _DONE = 2  # CAN_CTXMSG_STAT_DONE
 
 @dataclass
 class _Cycling:
-    """A row on its line's list, and the channel that hears its frames."""
+    """A row on its line's list, and the channel that receives its frames."""
 
     place: LinePlace
     row: Row
@@ -154,7 +154,7 @@ class ExactCycles:
         self._delivered[number] = self._delivered.get(number, 0) + own
 
     def _count(self) -> None:
-        """Empty the queues in time, whether anybody looks or not."""
+        """Empty the queues in time, even if no page is open."""
         while not self._ends.wait(_COUNT_S):
             for number in list(self._cycling):
                 self.delivered(number)

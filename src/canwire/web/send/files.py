@@ -1,4 +1,4 @@
-"""A transmit list as a file: what was typed for each row, in JSON, so that it is checked as if it were typed anew."""
+"""A transmit list as a file: the typed values of each row, in JSON. Loading checks them as if they were typed."""
 
 from __future__ import annotations
 

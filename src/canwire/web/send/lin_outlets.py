@@ -30,7 +30,7 @@ Sender = int | str
 
 
 class _Held:
-    """One line's control and what it hears."""
+    """One line's control and the frames that it receives."""
 
     def __init__(self, hub: Hub, place: LinePlace) -> None:
         self.place = place
@@ -65,7 +65,7 @@ class LinOutlets:
         link.subscribe(lambda _: None, self.close)
 
     def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
-        """Start this line, which goes on until `shut_down` or the server's end; raises InUse, NoSuchBoard, BadValue."""
+        """Start this line, which runs until `shut_down` or the server's end; raises InUse, NoSuchBoard, BadValue."""
         with self._lock:
             place = find_lin_line(self._link.hub, address)
             held = self._held.get(address)

@@ -1,6 +1,6 @@
 """A channel to send from for each row that is sent; made when it is first needed, given back when the row is stopped.
 
-A channel of its own lets the bus count what it has seen of a row, and takes with it what still waits when it is closed.
+With a separate channel, the frames of a row on the bus can be counted, and closing it discards the waiting ones.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class _Outlet(NamedTuple):
 
 
 class Outlets:
-    """Any thread may send. Channels go with the hub and with their boards, and are made anew."""
+    """Any thread may send. Channels end with the hub and with their boards, and are then opened again."""
 
     def __init__(self, link: HubLink) -> None:
         self._link = link

@@ -20,7 +20,7 @@ class Exact(Protocol):
     """Who keeps cycles exactly: the hub's cyclic lists."""
 
     def start(self, row: Row) -> None:
-        """Begin, or go on with what the row is now; raises CanwireError."""
+        """Begin, or continue with the row's current values; raises CanwireError."""
 
     def stop(self, number: int) -> None:
         """Nothing of this row goes out any more."""
@@ -32,7 +32,7 @@ class Exact(Protocol):
 class TransmitList:
     """`send(row, line, frame)` queues a frame or raises CanwireError; `drop(row)` takes back what still waits.
 
-    Cycles run in a thread of its own until `close`, those of exact rows by `exact`.
+    Cycles run in a separate thread until `close`, those of exact rows by `exact`.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class TransmitList:
             return self._row(number)
 
     def put(self, row: Row) -> Row:
-        """Add a row (number 0), or change one, whose cycle goes on; raises BadValue where the list is full.
+        """Add a row (number 0), or change one, whose cycle continues; raises BadValue where the list is full.
 
         Raises CanwireError where the hub's cyclic list refuses what an exact row has become; it is stopped then.
         """

@@ -78,7 +78,7 @@ class Sending:
         return self._desk.databases.of(buses.get(address, ""))
 
     def change(self, number: int, given: dict[str, str], call: Call) -> Row:
-        """Change these fields of a row, whose cycle goes on; raises BadFields, BadValue."""
+        """Change these fields of a row, whose cycle continues; raises BadFields, BadValue."""
         before = typed_of(self.list.row(number))
         fields = Fields({**before, **given, "number": str(number)}, call.word)
         return self.list.put(typed_row(fields, call.word, self.database_of))

@@ -93,7 +93,7 @@ class Faults:
             self._next += 1
 
     def shown(self, hub: Hub) -> list[Shown]:
-        """All that are on a bus now, whoever has set them."""
+        """All faults that are set on a bus now, by any program."""
         with self._lock:
             self._set = {number: fault for number, fault in self._set.items() if not fault.over}
             mine = {fault.info().number: number for number, fault in self._set.items()}

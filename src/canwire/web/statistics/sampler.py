@@ -33,7 +33,7 @@ class Sample(NamedTuple):
 
 
 class Sampler:
-    """`hub()` gives the hub or raises HubLost. Looks in a thread of its own until `close`."""
+    """`hub()` returns the hub or raises HubLost. Samples in a separate thread until `close`."""
 
     def __init__(self, hub: Callable[[], Hub]) -> None:
         self._hub = hub
@@ -75,7 +75,7 @@ class Sampler:
         seconds = (now.time_ns - before.time_ns) / 1e9
 
         def rate(name: str) -> float:
-            """Counters begin anew when a line is set up: what is there since then."""
+            """Counters restart when a line is set up: then the count since that time."""
             after, earlier = int(getattr(now, name)), int(getattr(before, name))
             return round((after - earlier if after >= earlier else after) / seconds, 2)
 

@@ -1,8 +1,8 @@
 """Rows to one viewer, which asks for what it shows: nothing is queued for it, so it can neither miss a row nor be late.
 
 The viewer says {"look": ...} (look.py) whenever it wants to see something else, and {"ask": ...} for the rows on its
-screen; each ask has one answer, as soon as there is something new, and after TOLD_S at the latest: a viewer that hears
-nothing for longer knows that the server is gone. An answer is a head in JSON, its length before it (32 bits,
+screen. Each ask gets one answer, when new rows exist, and after TOLD_S at the latest: a viewer that receives nothing
+for longer knows that the server is gone. An answer is a head in JSON, its length before it (32 bits,
 little-endian), `rows` rows of 88 bytes, and by identifier as many extras (answers.py).
 """
 

@@ -1,4 +1,4 @@
-"""Logs that were opened in the page: each is read into a history of its own, and looked at as if it were live."""
+"""Logs that were opened in the page: each is read into a separate history, and shown as if it were live."""
 
 from __future__ import annotations
 

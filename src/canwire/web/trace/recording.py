@@ -32,7 +32,7 @@ class Progress(NamedTuple):
 
 
 class Recording:
-    """One at a time for the whole server; each has a file of its own, which goes with the server."""
+    """One at a time for the whole server; each has a separate file, which is deleted when the server ends."""
 
     def __init__(self, history: History, taps: Taps) -> None:
         self._history = history

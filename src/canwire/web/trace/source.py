@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Source(Protocol):
-    """A history and its lines. `live`: time goes on there."""
+    """A history and its lines. `live`: rows are still added."""
 
     history: History
     live: bool

@@ -30,9 +30,9 @@ _LIN_EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinE
 
 
 class Tap:
-    """Everything that one line hears and sends, from now until `close`, or until board or hub are gone: `over` then.
+    """Everything that one line receives and sends, from now until `close`, or until board or hub are gone: `over` then.
 
-    `lost` counts records that found the queue full, as far as the hub was asked.
+    `lost` counts records that found the queue full, as of the last request to the hub.
     """
 
     def __init__(self, hub: Hub, place: LinePlace, number: int) -> None:

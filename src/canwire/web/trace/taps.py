@@ -26,9 +26,7 @@ if TYPE_CHECKING:
 
 SWEEP_S = 0.008  # between two looks into the queues
 LOOK_S = 0.5  # between two looks at what is lost, and at boards that were away
-LINGER_S = (
-    600.0  # a line that nobody watches any more is listened to for so long: whoever comes back misses nothing
-)
+LINGER_S = 600.0  # a line that no page shows is still recorded for this time, for a page that comes back
 _NOT_PLUGGED_IN = "trace.not-plugged-in"
 
 
@@ -181,7 +179,7 @@ class Taps:
         if hub is None:
             return
         epoch_ns = 0
-        with suppress(CanwireError):  # gone again: the next connection tells
+        with suppress(CanwireError):  # gone again: the next connection reports it
             epoch_ns = self._epoch_ns(hub)
         self._merger.restart(epoch_ns)
         if away_since_s is not None:

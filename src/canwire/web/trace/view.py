@@ -110,7 +110,7 @@ class Tracing:
         return self._desk.part(request, "trace/details.jinja", details=details)
 
     def _plot(self, request: Request) -> Response:
-        """A signal's times (seconds) and values in the rows from number `from` on, and where to go on."""
+        """A signal's times (seconds) and values in the rows from number `from` on, and where to continue."""
         query = request.query_params
         try:
             source = self.source(query.get("source", ""))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Viewing:
-    """What `look` says, as far as it can be: `fault` is the part of its filter that means nothing,
+    """What `look` says, if possible: `fault` is the part of its filter that means nothing,
     `bad_rules` are the places of rules that do.
 
     `before` is what the same viewer looked at, None at first; what stays the same is taken over from it.

@@ -30,7 +30,7 @@ class Member(Protocol):
     endpoint: Endpoint
 
     def confirm(self, message: Message) -> None:
-        """A frame of its own was on the bus."""
+        """A frame that this side sent was on the bus."""
 
     def bus_lost(self, interface: Interface, error: int) -> None: ...
 

@@ -1,4 +1,4 @@
-// Registers are drawn anew every second: keeps what is open, and marks the bits that have changed.
+// Registers are rendered again every second: keeps open ones open, and marks the bits that have changed.
 import { remember, remembered } from "/static/base/base.js";
 
 const MARKED_MS = 2000; // how long a changed bit stays marked

@@ -153,7 +153,7 @@ function hear(text) {
   for (const window of told.windows) update(window);
 }
 
-/** What this page has shown belongs to a connection that is over: the next one tells everything anew. */
+/** What this page has shown belongs to a connection that is over: the next one sends everything again. */
 function forget(open) {
   if (open) return;
   for (const { section } of known.values()) section.remove();

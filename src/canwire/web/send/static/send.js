@@ -61,7 +61,7 @@ function kinds() {
   element("message-field").hidden = names.length === 0;
 }
 
-/** Each format has fields of its own; a message has its signals instead. */
+/** Each format has its own fields; a message has its signals instead. */
 function fit() {
   const message = form.elements.message.value;
   const format = message ? "" : form.elements.format.value;
@@ -118,7 +118,7 @@ document.addEventListener("htmx:beforeRequest", (event) => {
 });
 document.addEventListener("htmx:beforeSwap", (event) => {
   if (event.target !== list || !editing()) return;
-  event.detail.shouldSwap = false; // the field keeps what is being typed; counts go on
+  event.detail.shouldSwap = false; // the field keeps the typed text; counts continue
   const came = new DOMParser().parseFromString(event.detail.serverResponse, "text/html");
   for (const row of list.querySelectorAll("tr[data-row]")) {
     const count = came.querySelector(`tr[data-row="${row.dataset.row}"] .counted`);

@@ -83,7 +83,7 @@ async function look() {
   }
   if (line !== lineChoice.value || !told.columns.length) return;
   told.columns[TIME] = told.columns[TIME].map((seconds) => seconds + (told.epoch ?? 0));
-  // a hub that was started anew counts its time from the beginning
+  // a hub that was started again counts its time from the beginning
   if (columns[TIME].length && told.columns[TIME][0] < columns[TIME].at(-1)) columns = empty();
   told.columns.forEach((column, at) => {
     columns[at].push(...column);

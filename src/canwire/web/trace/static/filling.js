@@ -1,4 +1,4 @@
-// A row element's cells: nothing is touched that stays the same, since whatever is touched is laid out and painted anew.
+// A row element's cells: only changed cells are touched, since the browser lays out and paints each touched cell again.
 import { frameText, isSilent, markBytes, markSignals } from "/static/trace/texts.js";
 
 /** Another text of a cell; false where it is the same. */

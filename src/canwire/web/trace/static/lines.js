@@ -116,7 +116,7 @@ export class LinesChosen {
     }
   }
 
-  /** Why nothing comes from the chosen lines, as far as it is known. */
+  /** Why nothing comes from the chosen lines, if it is known. */
   explain(lines) {
     const said = lines.filter((line) => this.watched.includes(line.address)).map(({ address, state, running }) => {
       if (state === "bus-off") return word("trace.bus-off-line", { address });

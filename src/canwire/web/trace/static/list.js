@@ -10,8 +10,8 @@ const SYNC_MS = 200; // between two changes of the scroll bar while rows come: e
  * `moved()` when other rows are in sight. `show(count)` says how many there are now.
  * While `follow` is set the newest one is in sight.
  *
- * Rows stand in a window that does not scroll, at places that do not change while they follow; the spacer beside it has
- * the list's length. Nothing here asks the browser for a size while rows come: that would lay the page out at once.
+ * Rows are in a window that does not scroll, at places that do not change while they follow; the spacer beside it has
+ * the list's length. Nothing here asks the browser for a size while rows come: that would force an immediate layout.
  */
 export class List {
   constructor(head, body, rows, spacer, fill, opened, moved) {

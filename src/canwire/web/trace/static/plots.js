@@ -1,4 +1,4 @@
-// Curves of signals in one time axis with the trace: several, each with an axis of its own, zoomed by dragging.
+// Curves of signals in one time axis with the trace: several, each with a separate axis, zoomed by dragging.
 import { decimal, localised, word } from "/static/base/base.js";
 
 const LOOK_MS = 500;

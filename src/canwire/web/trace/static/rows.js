@@ -140,7 +140,7 @@ export class Rows {
     return this.frame(place) ? String((this.info(place) >>> 16) & 15) : "";
   }
 
-  /** The protected identifier as it stands on a LIN bus. */
+  /** The protected identifier as sent on a LIN bus. */
   pidText(place) {
     return this.lin(place) && this.frame(place) ? HEX[this.octets[this.at(place) + 13]] : "";
   }

@@ -1,4 +1,4 @@
-// What stands in a row's cells.
+// The texts of a row's cells.
 import { decimal, localised, word } from "/static/base/base.js";
 
 const SILENT_S = 2;
@@ -71,7 +71,7 @@ export function markBytes(cell, text, changed, age) {
 
 const seen = new Map(); // "row signal": [text, when it changed]
 
-/** "Speed 1000 rpm" for each signal; what has changed stands out as bytes do. */
+/** "Speed 1000 rpm" for each signal; changed ones are marked as bytes are. */
 export function markSignals(cell, key, signals) {
   const now = performance.now();
   const parts = signals.map(([name, text]) => {

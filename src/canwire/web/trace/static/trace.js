@@ -1,4 +1,4 @@
-// The trace: what the server has of it is shown as far as it fits on the screen, by time or by identifier.
+// The trace: shows the part of the server's rows that fits on the screen, by time or by identifier.
 import { remember, remembered, say, typing, word } from "/static/base/base.js";
 import { rules } from "/static/trace/colours.js";
 import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "/static/trace/columns.js";
@@ -116,7 +116,7 @@ function setMode(mode) {
   viewing.send();
 }
 
-/** A snapshot: rows that come are kept by the server, and not shown before it goes on. */
+/** A snapshot: the server keeps new rows, which are not shown before the trace continues. */
 function pause(on = !state.paused) {
   showPaused(on);
   list.setFollow(!on && !byFrame());
@@ -265,7 +265,7 @@ document.addEventListener("keydown", (event) => {
   KEYS[event.key]();
   event.preventDefault();
 });
-setInterval(() => { if (byFrame()) draw(); }, 100); // what changed fades, and who is silent is told
+setInterval(() => { if (byFrame()) draw(); }, 100); // changes fade, and silent identifiers are marked
 
 if (kept.until !== undefined && kept.until !== null) showPaused(true);
 const lines = new LinesChosen(element("lines"), (addresses) => {

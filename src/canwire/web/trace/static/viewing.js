@@ -27,11 +27,11 @@ export class Viewing {
   }
 
   /** Ask for what the screen needs now. */
-  send(anew = false) {
+  send(look = false) {
     const { at, rows, byFrame } = this.wanted();
     const first = at < 0 ? -1 : Math.max(0, at - MARGIN);
     const ask = { at: first, rows: at < 0 ? rows + MARGIN : rows + 2 * MARGIN, byFrame, ...this.finding };
-    this.socket.send(anew ? { look: this.look, ask } : { ask });
+    this.socket.send(look ? { look: this.look, ask } : { ask });
   }
 
   /** Ask for the rows about one of this number, or about the nearest one with a text. */

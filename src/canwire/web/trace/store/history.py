@@ -137,7 +137,7 @@ class History:
                 self.first = max(self.first, (end - 1) // CHUNK * CHUNK + CHUNK - self._memory)
 
     def _spill(self, chunk: int) -> None:
-        """Write a chunk of the memory to the file. A full disk ends that, and is told."""
+        """Write a chunk of the memory to the file. A full disk ends that, and is reported."""
         if chunk < 0 or self.trouble:
             return
         at = chunk * CHUNK % self._memory

@@ -77,7 +77,7 @@ class Identifiers:
         return found
 
     def restart(self) -> None:
-        """Time begins anew: distances to what was before mean nothing."""
+        """Time restarts: distances to earlier rows are meaningless."""
         with self._lock:
             for name in ("cycle", "least", "most", "mean", "changed"):
                 self._extra[name] = 0
@@ -163,7 +163,7 @@ def _measure(
     begins: NDArray[numpy.intp],
     ends: NDArray[numpy.intp],
 ) -> None:
-    """Distances of rows, as far as they are known, into the last, least, most and mean one."""
+    """Known distances of rows, into the last, least, most and mean one."""
     least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
     least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
     extra["least"] = numpy.where(numpy.isfinite(least), least, 0)

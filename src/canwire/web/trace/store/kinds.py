@@ -48,7 +48,7 @@ def is_sent(rows: numpy.ndarray) -> Mask:
 
 
 def identifiers(rows: numpy.ndarray) -> NDArray[numpy.uint32]:
-    """Of frames; a LIN frame's stands in its protected identifier."""
+    """Identifiers of frames; for LIN, taken from the protected identifier."""
     info = rows["record"]["info"]
     found: NDArray[numpy.uint32] = numpy.where(is_lin(rows), info >> 8 & 0x3F, rows["record"]["id"])
     return found

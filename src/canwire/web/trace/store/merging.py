@@ -42,7 +42,7 @@ class Merger:
         self._sure_ns = self._newest_ns
 
     def restart(self, epoch_ns: int) -> None:
-        """Another hub: number all that is held, and begin anew with its time."""
+        """Another hub: number all held rows, and restart with the time of that hub."""
         self._number(numpy.concatenate([numpy.zeros(0, row_dtype()), *self._held]))
         self._held = []
         self._newest_ns = self._sure_ns = self._numbered_ns = 0
