@@ -16,7 +16,7 @@ from canwire.timeline import Timeline
 class Bench(NamedTuple):
     """Its time and what holds that, its buses by name, and what goes wrong on each.
 
-    A bus has one script of faults, whoever adds to it.
+    A bus has one script of faults, whichever program adds to it.
     """
 
     timeline: Timeline

@@ -9,7 +9,7 @@ from canwire.hub.protocol.link import Answer
 
 
 class Deferred:
-    """Settled once, with an answer or an error; whoever asks afterwards is told at once."""
+    """Settled once, with an answer or an error; later callers get it immediately."""
 
     def __init__(self) -> None:
         self._result: Answer | CanwireError | None = None

@@ -27,11 +27,11 @@ _PACES: dict[str, Callable[[World], RealPace]] = {REAL: RealPace, FAST: FastPace
 
 
 class Engine:
-    """Owns a world. In "virtual" time whoever calls runs it, one at a time; else a thread does.
+    """Owns a world. In "virtual" time the calling threads run it, one at a time; else one thread of the engine does.
 
     Everything that touches the world goes through `call` or `post`, or is a callback given to `watch`, and so has
     the world to itself. A callback that raises is reported on stderr, once for each place, and counted in
-    `failures`; the engine goes on.
+    `failures`; the engine continues.
     """
 
     def __init__(self, world: World, time: str = REAL, pace: RealPace | None = None) -> None:
@@ -45,7 +45,7 @@ class Engine:
         self._when_closed: list[Callable[[], object]] = []
         self._closed = False
         self._pid = os.getpid()
-        self._lock = threading.RLock()  # in virtual time whoever has the world holds it
+        self._lock = threading.RLock()  # in virtual time the thread that has the world holds it
         self._calls = 0
         if pace is None and time in (REAL, FAST):
             world.bells = Bells()
@@ -86,7 +86,7 @@ class Engine:
     ) -> None:
         """Call back whenever `source` is readable, or writable; again: in place of what was. Engine's thread only.
 
-        In virtual time nothing is watched: there whoever lets time pass looks at everything.
+        In virtual time nothing is watched: there the thread that lets time pass checks everything.
         """
         if self._loop is not None:
             self._loop.watch(source, readable, writable)
@@ -165,7 +165,7 @@ class Engine:
             self.attempt(self._posted.popleft())
 
     def finish(self) -> None:
-        """The end: whoever waits gets an answer, nobody is let in any more."""
+        """The end: every waiting call gets an answer, and no new call is accepted."""
         with self._lock:
             self._closed = True
         while self._posted:

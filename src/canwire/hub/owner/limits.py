@@ -1,4 +1,4 @@
-"""What one client may have of a hub, and what it is told where that, or the system, ends."""
+"""What one client may have of a hub, and the error at that limit or at the system's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What programs leave at the hub for each other: each has room of its own, those that have left share some."""
+"""What programs leave at the hub for each other: each has separate room, those that have left share some."""
 
 from __future__ import annotations
 

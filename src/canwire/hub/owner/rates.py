@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Neighbours:
-    """Who takes part in a hub's buses besides `controllers`, those of all its lines; each bus is looked at once."""
+    """Who takes part in a hub's buses besides `controllers`, those of all its lines; each bus is checked one time."""
 
     def __init__(self, controllers: Container[Node]) -> None:
         self._controllers = controllers
@@ -36,7 +36,7 @@ class Neighbours:
 
 
 class RateWatch:
-    """What has been told of each bus."""
+    """What has been reported of each bus."""
 
     def __init__(self) -> None:
         self._controllers: set[Node] = set()  # of all CAN lines

@@ -27,8 +27,8 @@ _WORTH_WAITING = 16  # a receive queue for less than that overflows however pati
 class Session:
     """Everything a client holds has a handle, a number that is only its own; `doorbell` is how it calls the hub.
 
-    It knows only what it holds. `answer` finds out what a request is answered with, `changed` is told when a channel
-    came or went; both come from entrance.py. `halts` is told of its signals where time is virtual,
+    It knows only what it holds. `answer` finds out what a request is answered with, `changed` is called when a channel
+    came or went; both come from entrance.py. `halts` is called at its signals where time is virtual,
     `bells` give them where an engine rings those.
     """
 
@@ -136,7 +136,7 @@ class Session:
         return self._last_handle
 
     def look_up(self, handle: int, kind: type[Kind]) -> Kind:
-        """What a handle stands for; raises Unplugged, or NoSuchBoard for none or one of another kind."""
+        """The object of a handle; raises Unplugged, or NoSuchBoard for none or one of another kind."""
         held = self._held.get(handle)
         if isinstance(held, Gone) and kind is not object:
             raise Unplugged(held.text)

@@ -1,4 +1,4 @@
-"""Whether anybody can tell when a hub looks at its buses: if not, it may look later, and all stamps stay exact."""
+"""Whether any program can notice when a hub checks its buses: if not, it may check later, and all stamps stay exact."""
 
 from __future__ import annotations
 

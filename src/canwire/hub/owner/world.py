@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from canwire.drivers.outside import Identity
 
 _UNHEALTHY_NS = 10_000_000
-_MOST_BOARDS = 256  # whose lines are told in one reply
+_MOST_BOARDS = 256  # whose lines are reported in one reply
 _CLOCK_HZ = 80_000_000
 _SHORTEST_BITS = 20  # nothing on a bus fills a receive queue quicker: the shortest error frame
 _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up fast time
@@ -165,7 +165,7 @@ class World:
         return built.info
 
     def unplug(self, hardware_id: str) -> None:
-        """Pull a board out: handles on it are dead, and their holders are told. Raises NoSuchBoard."""
+        """Pull a board out: handles on it are dead, and their holders get a notice. Raises NoSuchBoard."""
         board = next((b for b in self.boards.values() if b.info.hardware_id == hardware_id), None)
         if board is None:
             there = ", ".join(info.hardware_id for info in self.infos()) or "none"

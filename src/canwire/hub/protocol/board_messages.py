@@ -1,4 +1,4 @@
-"""Requests about many lines at once, boards' chips, what goes past them, and notes of programs for each other."""
+"""Requests about many lines together, boards' chips, what goes past them, and notes of programs for each other."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from canwire.hub.protocol.message import Message
 
 
 class ReplaceFilters(Message):
-    """Channel -> None; both filters at once, also while it is active."""
+    """Channel -> None; both filters in one step, also while it is active."""
 
     handle: int
     standard: FilterContent
@@ -15,7 +15,7 @@ class ReplaceFilters(Message):
 
 
 class CountRefused(Message):
-    """Channel -> None; so many frames its client could not queue for want of room in a queue of its own."""
+    """Channel -> None; so many frames its client could not queue for want of room in its queue."""
 
     handle: int
     count: int

@@ -49,7 +49,7 @@ class RemoveCyclic(Message):
 
 
 class StartCyclic(Message):
-    """Scheduler -> None; `count` 0 is for ever."""
+    """Scheduler -> None; `count` 0: until it is stopped."""
 
     handle: int
     index: int

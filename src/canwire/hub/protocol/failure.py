@@ -17,11 +17,11 @@ def failed(error: CanwireError) -> Failed:
 
 
 def raised(failure: Failed) -> CanwireError:
-    """The error that a Failed reply stands for; one that this version does not know is a CanwireError."""
+    """The error that a Failed reply reports; one that this version does not know is a CanwireError."""
     kind: Any = getattr(errors, failure.error, None)
     if not (isinstance(kind, type) and issubclass(kind, CanwireError)):
         kind = CanwireError
-    error: CanwireError = kind.__new__(kind, failure.text)  # __init__ would word the text anew
+    error: CanwireError = kind.__new__(kind, failure.text)  # __init__ would change the text
     return error
 
 

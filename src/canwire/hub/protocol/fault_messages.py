@@ -20,7 +20,7 @@ class HubPlace(Message):
     line: str = ""
 
 
-At = HubPlace | int | None  # a place, a time of the hub in ns, or at once
+At = HubPlace | int | None  # a place, a time of the hub in ns, or immediately
 SeenBy = tuple[str, ...]  # "all", "receivers" or "sender" alone, or lines
 
 
@@ -100,7 +100,7 @@ class Drift(Message):
 
 
 class WrongRate(Message):
-    """A line runs at this bit rate, whatever it is told."""
+    """A line runs at this bit rate, whatever it is set to."""
 
     line: str
     bit_rate: int

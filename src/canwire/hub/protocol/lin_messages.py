@@ -9,7 +9,7 @@ from canwire.hub.protocol.message import Message
 from canwire.values.lin.configuration import LinProduct
 from canwire.values.lin.schedule import LinSchedule
 
-# a client's requests; what each one is answered with stands behind it
+# a client's requests; the reply to each one follows "->"
 
 
 class GetLinStatus(Message):
@@ -49,7 +49,7 @@ class WakeLin(Message):
 
 
 class RunSchedule(Message):
-    """Control of a LIN line -> None. `rounds` 0 is for ever; without a `schedule` the one that runs ends."""
+    """Control of a LIN line -> None. `rounds` 0: no limit; without a `schedule` the one that runs ends."""
 
     handle: int
     schedule: LinSchedule | None

@@ -9,10 +9,10 @@ from canwire.hub.protocol.messages import Message
 from canwire.platform import Descriptor, EventDescriptor
 
 Answer = tuple[Any, tuple[Descriptor, ...]]
-"""A reply and the descriptors that came with it; whoever takes it owns them."""
+"""A reply and the descriptors that came with it; the caller that receives it owns them."""
 
 Listener = Callable[[Message | None], None]
-"""Is told every notice, and None once the hub is gone."""
+"""Called with every notice, and with None once the hub is gone."""
 
 
 class Link(Protocol):

@@ -3,7 +3,7 @@
 On the wire: a length (4 bytes, little-endian), then msgpack of [serial, message]. A client's first message is `Hello`;
 every request gets one `Reply` or `Failed` with its serial, in any order; serial 0 is a notice. Descriptors (memory,
 events) travel beside the reply that counts them. Lengths above the bounds, unknown messages and fields of a wrong type
-raise BadMessage, and whoever got them closes the connection. `kin` is always the interface that a program speaks.
+raise BadMessage, and their receiver closes the connection. `kin` is always the interface that a program speaks.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ LARGEST_REPLY = 1 << 22
 LENGTH = struct.Struct("<I")
 
 
-# a client's requests; what each one is answered with stands behind it
+# a client's requests; the reply to each one follows "->"
 
 
 class Hello(Message):
@@ -197,7 +197,7 @@ class Stop(Message):
 
 
 class Recover(Message):
-    """-> None: the line begins again after bus-off; for whoever has anything open on it, whoever has its control."""
+    """-> None: a line in bus-off returns to the bus; any client with something open on it may request this."""
 
     board: int
     line: int

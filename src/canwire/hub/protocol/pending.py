@@ -14,7 +14,7 @@ class Pending(Generic[Result]):
     """One thread waits in `result`, another one settles it: with a result or an exception, and the first counts.
 
     The wait is for a bare lock: a signal that raises in the middle of a threading.Event's wait may leave that locked,
-    and whoever settles it would never come back.
+    and the thread that settles it would never return.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Pending(Generic[Result]):
         return True
 
     def when_settled(self, told: Callable[[], object]) -> None:
-        """Call this once, in the thread that settles it, or at once if it is settled; `result` waits no more then."""
+        """Call this once, in the thread that settles it, or now if it is settled; `result` waits no more then."""
         with self._lock:
             if not self._done:
                 self._told = told

@@ -1,4 +1,4 @@
-"""Requests of programs that keep one time: who takes part, who waits until when, and how it stands.
+"""Requests of programs in lockstep time: to take part, to wait until a time, and to read the state.
 
 A thread of a program takes part. It is known by its program (a word that all connections of one process share) and its
 number in there, whichever connection it asks through.
@@ -25,8 +25,8 @@ class JoinTime(Message):
 class AwaitTurn(Message):
     """-> Number: the time in ns, at this thread's turn.
 
-    That comes at `until_ns`, or once something is signalled to this program, or anybody stirs. A thread that the hub
-    does not know yet takes part from now on. An earlier one of the same thread is answered at once.
+    That comes at `until_ns`, or once something is signalled to this program, or a program stirs. A thread that the hub
+    does not know yet takes part from now on. An earlier one of the same thread is answered immediately.
     """
 
     thread: int

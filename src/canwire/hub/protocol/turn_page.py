@@ -3,13 +3,13 @@
     word  writer   what
     0     program  asked: how often it has begun to wait
     1     program  until when it waits, ns
-    2     program  stirs: how often its other threads were told to look again
+    2     program  stirs: how often its other threads were asked to check again
     3     hub      given: the `asked` that was answered by a turn
     4     hub      the time then, ns
-    5     program  calls: how often this very thread was told to look again, by another one
+    5     program  calls: how often this very thread was asked to check again, by another one
 
-Whoever has written tells the other one: the program by its doorbell, the hub by an event. The hub believes nothing
-here: the worst that a program can write is a wait of its own.
+After each write the program signals its doorbell, the hub an event. The hub trusts nothing here: the worst that a
+program can write affects only how long it waits itself.
 """
 
 from __future__ import annotations

@@ -33,18 +33,18 @@ class TurnWait:
         return words.now_ns()
 
     def stir(self) -> None:
-        """The program's other threads look again; the hub is still to be told."""
+        """The program's other threads look again; the hub still needs a message."""
         if self._waiter == threading.get_ident():
             self._words.stir()
         else:
             self._words.call()
 
     def end(self) -> None:
-        """The connection has ended: whoever waits need not any longer."""
+        """The connection has ended: threads that wait need not any longer."""
         self._over = True
         self._event.signal()
 
-    # in pieces, for whoever waits for another machine's program
+    # in pieces, for a wait for another machine's program
 
     def begin(self, until_ns: int) -> int:
         """The number of the wait that begins now."""

@@ -1,4 +1,4 @@
-"""A node that babbles: it sends one frame again and again, whoever else has something to say."""
+"""A node that babbles: it sends one frame again and again, whatever other nodes send."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from canwire.timeline import Timeline
 from canwire.values.frame import Frame
 from canwire.values.record import CONFIRM
 
-_AHEAD = 2  # frames queued, so that one follows the other at once
+_AHEAD = 2  # frames queued, so that one follows the other immediately
 
 
 class Babbler:
-    """It has a controller of its own, which takes part in the bus as any does: it acknowledges, and may go bus-off.
+    """It has a separate controller, which takes part in the bus as any does: it acknowledges, and may go bus-off.
 
     `babbling` counts what it got through, and ends it.
     """
@@ -55,7 +55,7 @@ class Babbler:
     def _settled(self, delivered: bool, at_ns: int) -> None:
         self._queued -= 1
         last = delivered and self.babbling.times_left == 1
-        self._timeline.at(at_ns, self.babbling.cancel if last else self._send)  # gone before anybody is told
+        self._timeline.at(at_ns, self.babbling.cancel if last else self._send)  # gone before that is reported
         if delivered:
             self.babbling.strike()
 

@@ -128,11 +128,11 @@ class FaultBook:
         return [stub for on in self._on.values() if isinstance(on, CanFaults) for stub in on.stubs()]
 
     def babbled(self) -> bool:
-        """A node babbles, and would keep time running for ever."""
+        """A node babbles, and would keep time running without end."""
         return any(isinstance(on, CanFaults) and on.babbled() for on in self._on.values())
 
     def _struck(self, live: LiveFault) -> None:
-        if live.effect.times == 0:  # the bus is in the midst of its step: whoever waits is told afterwards
+        if live.effect.times == 0:  # the bus is in the midst of its step: waits are answered afterwards
             self._timeline.at(self._timeline.now_ns, live.used_up)
 
     def _faults_on(self, name: str) -> CanFaults | LinBusFaults:

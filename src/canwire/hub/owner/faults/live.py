@@ -42,7 +42,7 @@ class LiveFault:
             self._tell(why)
 
     def used_up(self) -> None:
-        """It has struck as often as it should (a level that is held goes on to its end), or was cleared on a bench."""
+        """It has struck as often as it should (a held level continues to its end), or was cleared on a bench."""
         if not self.over and self.effect.times == 0:
             done = self.limit is not None and self.effect.struck >= self.limit
             self._tell(USED_UP if done else "cleared on its bench")
@@ -63,7 +63,7 @@ class LiveFault:
 
 @dataclass(eq=False)
 class HeldFault(Held):
-    """A program's hand on a fault; `release` is told when it lets go."""
+    """A program's hand on a fault; `release` is called when it ends."""
 
     turn = Turn.REFERENCE
     live: LiveFault

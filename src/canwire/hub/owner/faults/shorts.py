@@ -1,4 +1,4 @@
-"""Shorted wires: as long as anybody wants them so."""
+"""Shorted wires: as long as any fault shorts them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals to clients that are given together: whoever hears of one frame of several would sleep again for the next."""
+"""Signals to clients that are given together: a client woken for each frame would sleep again in between."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Bells:
         self.due: deque[EventDescriptor] = deque()
 
     def late(self, event: EventDescriptor) -> LateSignal:
-        """What stands for this event at the hub's end of a ring."""
+        """The object for this event at the hub's end of a ring."""
         return LateSignal(event, self.due)
 
     def ring(self) -> None:

@@ -10,13 +10,13 @@ from canwire.platform import EventDescriptor
 
 
 class Halts(Protocol):
-    """What ends the passing of virtual time: a timeline, or what stands in for it."""
+    """What ends the passing of virtual time: a timeline, or its substitute."""
 
     def halt(self) -> None: ...
 
 
 class Holder(Protocol):
-    """A client, as what it holds sees it; `halts` is told of every signal that it gets, or `bells` give it."""
+    """A client, as what it holds sees it; `halts` is called at every signal that it gets, or `bells` give it."""
 
     name: str
     halts: Halts | None
@@ -38,7 +38,7 @@ class Turn(IntEnum):
 
 
 class Held:
-    """Anything that a handle stands for."""
+    """Anything that a handle refers to."""
 
     turn: ClassVar[Turn] = Turn.REFERENCE
     limit: ClassVar[str] = "leases"  # which of the client's limits it counts for (boards/config/limits.py)
@@ -52,7 +52,7 @@ class Held:
 
 
 class Gone(Held):
-    """What a handle stands for whose board was pulled out."""
+    """The object of a handle whose board was pulled out."""
 
     def __init__(self, text: str) -> None:
         self.text = text

@@ -51,7 +51,7 @@ class LinSlot(LineSlot):
             self._scheduler.start(schedule.name, rounds=rounds or None)
 
     def configure(self, attributes: LinNodeAttributes) -> None:
-        """Answer node configuration from now on, until the line is set up anew or reset. Raises WrongState."""
+        """Answer node configuration from now on, until the line is next set up or reset. Raises WrongState."""
         mode = self.lin.mode
         if mode is None or mode.master:
             raise WrongState(f"{self.name}: initialise the line as slave before it is given a configuration")

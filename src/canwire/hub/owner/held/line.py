@@ -63,7 +63,7 @@ class LineSlot:
         raise NotImplementedError
 
     def close(self, why: CanwireError) -> None:
-        """The board is gone; whoever waits gets this error."""
+        """The board is gone; every waiting call gets this error."""
         raise NotImplementedError
 
 

@@ -38,7 +38,7 @@ class Pipe:
     ends: set[str] = field(default_factory=set)
 
     def copies(self) -> tuple[Descriptor, ...]:
-        """For a client: memory, the reader's event, the writer's event; whoever asks owns them."""
+        """For a client: memory, the reader's event, the writer's event; the caller owns them."""
         copies: list[Descriptor] = []
         try:
             copies += duplicate((self.memory,))

@@ -1,4 +1,4 @@
-"""The hub's ends of rings in memory that a client has too: the client is told by events, the hub by a doorbell."""
+"""The hub's ends of rings in memory that a client has too: events signal the client, a doorbell the hub."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SharedRings:
     """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
 
     `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `halts`
-    is told of signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError
+    is called at signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError
     with nothing left behind.
     """
 
@@ -76,7 +76,7 @@ class SharedRings:
     def close(self) -> None:
         """Let go of memory and events; the client keeps what it has.
 
-        A frame that is on the wire then may still be told of here: nobody is signalled any more.
+        A frame that is on the wire then may still be reported here: no client is signalled any more.
         """
         for ring in (self.receive, self.transmit):
             if ring is not None:
