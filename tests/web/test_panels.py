@@ -77,7 +77,7 @@ def test_a_signal_that_is_set_is_sent_by_the_row_of_its_message(described: Site,
         assert client.get("/send/list").text.count("data-row=") == 1
         answer = client.post("/panels/set", data={**wish, "value": "99999"})
         assert answer.status_code == 422
-        assert "possible" in str(answer.json()["faults"])
+        assert "Possible" in str(answer.json()["faults"])
 
 
 @pytest.mark.finding("page B5")
