@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 from itertools import islice
@@ -24,10 +25,33 @@ pytestmark = [
 EVERY = 31  # attempts, of which one is made
 
 
+def in_a_fresh_process(function: str, folder: Path) -> None:
+    """Call this function of this file: a walk forks, and here other tests may have left threads that hold locks."""
+    code = f"import sys; from {__name__} import {function}; {function}(sys.argv[1])"
+    environment = os.environ | {"XDG_RUNTIME_DIR": str(folder)}
+    ended = subprocess.run(
+        [sys.executable, "-c", code, str(folder)],
+        cwd=Path(__file__).parents[2],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
 @pytest.mark.core
 @pytest.mark.skipif(canwire.core_mode() == "uncompiled", reason="Python looks at all of that itself")
-def test_no_compiled_name_ends_the_interpreter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+def test_no_compiled_name_ends_the_interpreter(tmp_path: Path) -> None:
+    in_a_fresh_process("every_compiled_name", tmp_path)
+
+
+def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
+    in_a_fresh_process("each_kind_of_end", tmp_path)
+
+
+def every_compiled_name(folder: str) -> None:
+    """None of a part of all attempts does harm."""
     healthy = found_in(scene())
     wrong, count = [], 0
     for number, name in enumerate(compiled()):
@@ -35,14 +59,16 @@ def test_no_compiled_name_ends_the_interpreter(tmp_path: Path, monkeypatch: pyte
         def some(name: str = name, first: int = number % EVERY) -> Iterator[Attempt]:
             return islice(Subjects(name, healthy, 1).systematic(), first, None, EVERY)
 
-        done = walked(some, str(tmp_path))
+        done = walked(some, folder)
         wrong += done.wrong
         count += done.count
     assert wrong == []
     assert count > 50_000 // EVERY
 
 
-def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
+def each_kind_of_end(folder: str) -> None:
+    """Each is a row, and the attempts after it are made."""
+
     def is_none() -> None:
         raise SystemError("returned NULL")
 
@@ -71,7 +97,7 @@ def test_what_it_finds_is_a_row_and_the_rest_goes_on(tmp_path: Path) -> None:
         Attempt("right", int),
         Attempt("interrupt", of_itself),
     ]
-    done = walked(lambda: iter(tries), str(tmp_path))
+    done = walked(lambda: iter(tries), folder)
     assert done.count == len(tries)
     assert done.wrong[0:2] == ["crash: SIGKILL", "null: SystemError: returned NULL"]
     assert len(done.wrong) == 5

@@ -119,11 +119,11 @@ def viewer(site: Site) -> Iterator[httpx.Client]:
         yield made
 
 
-@pytest.fixture(scope="package")
-def browser() -> Iterator[Browser]:
+@contextmanager
+def opened_browser() -> Iterator[Browser]:
     """Debian's chromium; tests that need it are skipped where it or playwright is missing.
 
-    While it is open there is an event loop, which asyncio.run in tests elsewhere would meet.
+    While it is open there is an event loop in this thread, which `asyncio.run` and a second browser would meet.
     """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     chromium = find_program("chromium")
@@ -132,6 +132,13 @@ def browser() -> Iterator[Browser]:
         _blank(browser)
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Browser]:
+    """One for all tests of this folder in a worker. A test elsewhere that imported this fixture would keep it open."""
+    with opened_browser() as made:
+        yield made
 
 
 EMPTY = "about:blank"

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from tests.web.conftest import browser, tab
+from tests.web.conftest import opened_browser, tab
 from tests.windows.conftest import Windows
 from tests.windows.test_page import served
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
-__all__ = ["browser"]  # a fixture
-
-
-def test_a_frame_is_seen_in_the_trace(browser: Browser, windows: Windows, hub: str) -> None:
+def test_a_frame_is_seen_in_the_trace(windows: Windows, hub: str) -> None:
     address = served(windows, hub)
     windows.canwire("up", "HW000002:0", "--hub", hub)
-    with tab(browser, address) as page:
+    with opened_browser() as browser, tab(browser, address) as page:
         page.goto(address.partition("/?")[0] + "/trace")
         page.locator("body[data-listening=yes]").wait_for()
         windows.canwire("send", "HW000001:0", "123#1122", "--hub", hub)
