@@ -248,7 +248,9 @@ def test_an_error_opens_to_the_frame_that_was_destroyed_and_its_flag(
             page.get_by_role("heading", name="ack error").wait_for()
             page.locator("#filter").fill("frame")
             page.locator("#filter").press("Enter")
-            page.locator("#grid[data-filter=frame]").wait_for()  # until then rows of errors have times with 55
+            page.locator(
+                "#grid[data-filter=frame]"
+            ).wait_for()  # until then rows of errors have times with 55
             page.locator("#body .trace-row:not([hidden])", has_text="55").first.wait_for()
             page.locator("#filter").fill("error")
             page.locator("#grid[data-filter=error]").wait_for()
