@@ -167,7 +167,7 @@ def test_lasting_verbs_with_closed_streams(hub_address: str, tmp_path: Path, ver
         process.send_signal(signal.SIGTERM)
         _, errors = process.communicate(timeout=LONG_S)
     assert unharmed(errors)
-    assert process.returncode == 128 + signal.SIGTERM
+    assert process.returncode == 128 + signal.SIGTERM, errors
 
 
 @pytest.mark.parametrize("verb", LASTING)
