@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from canwire.errors import BadDescription, CanwireError
+from canwire.errors import BadDescription
 from canwire.values.checks import instance
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def load_database(
     from canwire.databases.can_file import CanFile
     from canwire.databases.database import Database
     from canwire.databases.lin_file import LinFile
-    from canwire.platform.time_limit import time_limit
+    from canwire.platform.foreign_reader import foreign_reader
 
     instance("path", path, str, PathLike)
     file = Path(path)
@@ -47,21 +47,6 @@ def load_database(
         raise BadDescription(f"{file}: no network description by its ending; there are {', '.join(KINDS)}")
     if not file.exists():
         raise BadDescription(f"{file}: No such file or directory")
-    try:
-        if (size := file.stat().st_size) > most_bytes:
-            raise BadDescription(f"{file}: {size} bytes, more than most_bytes={most_bytes}")
-        with time_limit(seconds, lambda: _too_slow(file, seconds)):
-            described = LinFile(file, encoding) if kind == ".ldf" else CanFile(file, encoding, strict, j1939)
+    with foreign_reader(file, most_bytes, seconds, "it means nothing here"):
+        described = LinFile(file, encoding) if kind == ".ldf" else CanFile(file, encoding, strict, j1939)
         return Database(str(file), described)
-    except (CanwireError, MemoryError):
-        raise
-    except OSError as error:
-        raise BadDescription(f"{file}: {error.strerror}") from None
-    except Exception as error:  # what somebody else's parser made of it may be anything
-        raise BadDescription(
-            f"{file}: it means nothing here ({type(error).__name__}: {error})"[:400]
-        ) from error
-
-
-def _too_slow(file: Path, seconds: float) -> BadDescription:
-    return BadDescription(f"{file}: to read it takes longer than seconds={seconds:g}")

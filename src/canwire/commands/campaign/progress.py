@@ -26,4 +26,4 @@ class Progress:
 
     def end(self) -> None:
         """End the progress line, so that other output can follow."""
-        self._shown.__exit__()
+        self._shown.end()

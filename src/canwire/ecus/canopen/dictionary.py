@@ -14,7 +14,7 @@ from canopen import ObjectDictionary
 from canopen.objectdictionary.eds import import_eds
 
 from canwire import BadDescription
-from canwire.platform.time_limit import time_limit
+from canwire.platform.foreign_reader import foreign_reader
 
 MOST_BYTES = 1 << 24
 MOST_SECONDS = 60.0
@@ -40,23 +40,10 @@ def load_eds(
     file = Path(path)
     if file.suffix.lower() not in _KINDS:
         raise BadDescription(f"{file}: no object dictionary by its ending; there are {', '.join(_KINDS)}")
-    try:
-        if (size := file.stat().st_size) > most_bytes:
-            raise BadDescription(f"{file}: {size} bytes, more than most_bytes={most_bytes}")
+    with foreign_reader(file, most_bytes, seconds, "no object dictionary"):
         text = _text_of(file.read_bytes())
         _check_counts(file, text)
-        with time_limit(
-            seconds, lambda: BadDescription(f"{file}: to read it takes longer than seconds={seconds:g}")
-        ):
-            return import_eds(io.StringIO(text), node_id)
-    except (BadDescription, MemoryError):
-        raise
-    except OSError as error:
-        raise BadDescription(f"{file}: {error.strerror}") from None
-    except Exception as error:  # what somebody else's parser made of it may be anything
-        raise BadDescription(
-            f"{file}: no object dictionary ({type(error).__name__}: {error})"[:400]
-        ) from error
+        return import_eds(io.StringIO(text), node_id)
 
 
 def dictionary_of(path: str | PathLike[str], node_id: int) -> ObjectDictionary | str:
