@@ -212,7 +212,7 @@ def test_registers_of_the_manuals_trace() -> None:
 
 
 def test_a_chip_whose_rate_is_no_whole_number_of_kbps() -> None:
-    with pytest.raises(BadTiming, match="no whole rate"):
+    with pytest.raises(BadTiming, match="no whole number of kbit/s"):
         HardConfig.from_registers(programmed(HardConfig()) | {"BTR0": 63, "BTR1": 0x49 | 0x07}, 1000)
     odd = HardConfig.from_registers(programmed(HardConfig()) | {"BTR0": 14, "BTR1": 0x49})
     assert odd.rate_kbps == 33

@@ -84,7 +84,7 @@ def test_message() -> None:
     assert (
         str(CandrvError(5))
         == format_error(5)
-        == "ERROR_ACCESS_DENIED (5), the handle was not opened for that"
+        == "ERROR_ACCESS_DENIED (5), the handle was not opened with the access that the call needs"
     )
     assert str(CandrvError(4711, "who knows")) == "error 4711: who knows"
     assert CandrvError(4711).name == "4711"

@@ -315,7 +315,7 @@ def test_a_stream_goes_on_behind_what_is_malformed() -> None:
     with pytest.raises(BadText, match="nonsense"):
         next(found)
     assert list(reader.feed(b"\n\npassive\t0:3\n")) == [Event(8, 2), Event(0x80, 3)]
-    with pytest.raises(BadText, match="no end"):
+    with pytest.raises(BadText, match="without the end"):
         list(reader.feed(b"x" * 1000))
     assert list(reader.feed(b"warning\t0:1\n")) == [Event(8, 1)]
 
@@ -335,11 +335,11 @@ def test_a_stream_goes_on_behind_what_is_malformed() -> None:
         ("received\t0:1\t112345678\t1\t0\t5", "is no identifier"),
         ("received\t0:1\t112\t2\t0\t5", "from 0 to 1"),
         ("received\t0:1\t112\t0\t16\t5", "from 0 to 15"),
-        ("received\t0:1\t112\t0\t2\t11\t22", "takes 2 bytes and the count"),
+        ("received\t0:1\t112\t0\t2\t11\t22", "needs 2 bytes and the count"),
         ("received\t0:1\t112\t0\t1\t111\t0", "is no byte"),
         ("received\t0:1\t112\t0\t0\t-1", "is no number"),
         ("received\t0:1\t112\t0\t0\t٣", "is no number"),
-        ("transmitted\t0:1\t112\t0\t1\t11\t22", "takes 1 bytes"),
+        ("transmitted\t0:1\t112\t0\t1\t11\t22", "needs 1 bytes"),
     ],
 )
 def test_malformed_events(text: str, why: str) -> None:

@@ -1,4 +1,4 @@
-"""ACAN: the interface of I+ME ACTIA's INduCAN104 boards, on canwire's.
+"""ACAN: the programming interface of I+ME ACTIA's INduCAN104 boards, implemented on canwire's.
 
 Source: INduCAN104 manual.
 """

@@ -1,7 +1,7 @@
-"""ACAN.H's functions, under their own names and with their own answers, over one driver per process.
+"""The functions of ACAN.H, with the names and return values of C, over one driver per process.
 
-Nothing raises: a failure is FALSE, 0 or -1 as in C, and `last_error` says what it was. A star import brings all of
-ACAN.H: these functions, its constants, structures and types.
+No function raises: a failure returns FALSE, 0 or -1 as in C, and `last_error()` returns its cause. A star import
+provides all of ACAN.H: these functions, the constants, the structures and the types.
 Source: INduCAN104 manual, "Programming interface"; rulings.md 24.
 """
 
@@ -60,7 +60,7 @@ T = TypeVar("T")
 
 
 class _Library:
-    """What one process has open."""
+    """What one process has open: a hub, a driver, registered Task Blocks and allocated memory."""
 
     def __init__(self) -> None:
         self.hub: Hub | None = None
@@ -70,13 +70,13 @@ class _Library:
         self.error: CanwireError | None = None
 
     def opened(self) -> Driver:
-        """Raises NotInitialised before ACAN_Init."""
+        """The open driver; raises NotInitialised before ACAN_Init."""
         if self.driver is None:
             raise NotInitialised("call ACAN_Init first")
         return self.driver
 
     def registered(self, fields: ACANTB) -> MirroredBlock:
-        """Raises WrongState for a block that is not."""
+        """The driver's block for this Task Block; raises WrongState if it is not registered."""
         block = self.blocks.get(id(fields))
         if block is None:
             raise WrongState("the Task Block is not registered")
@@ -94,7 +94,7 @@ _LIBRARY = _Library()
 
 
 def _answering(failure: T) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """An error is this answer."""
+    """Makes a function return `failure` where it would raise a CanwireError, which `last_error` then returns."""
 
     def wrap(call: Callable[P, T]) -> Callable[P, T]:
         @wraps(call)
@@ -111,19 +111,19 @@ def _answering(failure: T) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
 
 def last_error() -> CanwireError | None:
-    """Why a function failed last; None if none ever has."""
+    """The error of the last function that failed; None if none has failed since the last `use`."""
     return _LIBRARY.error
 
 
 def use(hub: Hub | None) -> None:
-    """Where the next ACAN_Init finds its driver; None: `canwire.connect()`. What is open now is closed."""
+    """Close what is open, and have the next ACAN_Init open its driver on `hub`; None: on `canwire.connect()`."""
     ACAN_Exit()
     _LIBRARY.hub, _LIBRARY.error = hub, None
 
 
 @_answering(0)
 def ACAN_Init() -> int:
-    """The library's version, 0xMMmm; 0 if the driver is not operational. Repeated, it changes nothing."""
+    """Open the driver; returns its version, 0xMMmm, or 0 if it is not operational. A second call changes nothing."""
     if _LIBRARY.driver is not None and _LIBRARY.driver.lost:
         _LIBRARY.close()
     if _LIBRARY.driver is None:
@@ -133,28 +133,28 @@ def ACAN_Init() -> int:
 
 @_answering(0)
 def ACAN_GetDriverVersion() -> int:
-    """0xMMmm; 0 if the driver is not operational, or before ACAN_Init."""
+    """The driver's version, 0xMMmm; 0 if the driver is not operational, or before ACAN_Init."""
     driver = _LIBRARY.opened()
     return 0 if driver.lost else _version(driver)
 
 
 @_answering(0)
 def ACAN_GetInitStatus() -> int:
-    """0xSSTT: SS 1 once the hardware is initialised, TT 0 for the SJA1000."""
+    """0xSSTT: SS is 1 once the hardware is initialised, TT is the type of controller, 0 for the SJA1000."""
     driver = _LIBRARY.opened()
     return int(driver.initialised) << 8 | driver.controller
 
 
 @_answering(False)
 def ACAN_SetHardConfig(lpHI: ACANHI) -> bool:
-    """Initialise the hardware for every program; it is off the bus then. FALSE for fields that cannot be."""
+    """Initialise the hardware for all programs; it is off the bus afterwards. FALSE if a field is invalid."""
     _LIBRARY.opened().configure(HardConfig.from_hi(_given(lpHI, ACANHI)))
     return True
 
 
 @_answering(False)
 def ACAN_GetHardConfig(lpHI: ACANHI) -> bool:
-    """Fill the structure in; FALSE if the hardware is not initialised."""
+    """Fill in the structure; FALSE if the hardware is not initialised."""
     config, hi = _LIBRARY.opened().config(), _given(lpHI, ACANHI)
     if config is None:
         raise NotInitialised("the hardware is not initialised")
@@ -164,7 +164,7 @@ def ACAN_GetHardConfig(lpHI: ACANHI) -> bool:
 
 @_answering(0)
 def ACAN_BusControl(bsNewState: BusState | int) -> int:
-    """Go on or off the bus; 0xOONN: the state before, the state now. Where that fails, both are the same."""
+    """Take the controller on or off the bus; returns 0xOONN, the old and the new state, the same if that failed."""
     driver = _LIBRARY.opened()
     now = driver.on_bus
     try:
@@ -177,7 +177,7 @@ def ACAN_BusControl(bsNewState: BusState | int) -> int:
 
 @_answering(False)
 def ACAN_Register(lpTB: ACANTB) -> bool:
-    """Register a Task Block. FALSE for fields that cannot be, and for one that is registered already."""
+    """Register a Task Block; FALSE if a field is invalid, or if the block is registered already."""
     if id(lpTB) in _LIBRARY.blocks:
         raise WrongState("the Task Block is registered already")
     block = MirroredBlock(_given(lpTB, ACANTB))
@@ -192,7 +192,7 @@ def ACAN_Register(lpTB: ACANTB) -> bool:
 
 @_answering(0)
 def ACAN_AckEvent(lpTB: ACANTB) -> int:
-    """The block's wStatus, which is 0 then."""
+    """Return the block's wStatus and set it to 0; 0 for a block that is not registered."""
     block = _LIBRARY.registered(lpTB)
     _LIBRARY.opened().pump()
     return int(block.acknowledge())
@@ -200,7 +200,7 @@ def ACAN_AckEvent(lpTB: ACANTB) -> int:
 
 @_answering(0)
 def ACAN_AckEventCheck(lpTB: ACANTB) -> int:
-    """The same; 0 for a block that is not registered, which ACAN_AckEvent here answers, too."""
+    """The same as ACAN_AckEvent, which in canwire checks its block as well: 0 if the block is not registered."""
     return ACAN_AckEvent(lpTB)
 
 
@@ -215,21 +215,21 @@ def ACAN_Deregister(lpTB: ACANTB) -> bool:
 
 @_answering(False)
 def ACAN_SendMessage(lpMsg: ACANMB, bPrio: int) -> bool:
-    """Send, or queue by priority: 0 first, 255 last. FALSE if no buffer is left, or for what cannot be sent."""
+    """Send or queue a message; priority 0 is sent first, 255 last. FALSE without a free buffer or if invalid."""
     _LIBRARY.opened().send(frame_of(_given(lpMsg, ACANMB)), bPrio)
     return True
 
 
 @_answering(-1)
 def ACAN_RetrieveMessages(lpTB: ACANTB) -> int:
-    """Move up to wCount messages to lpBuf, the oldest first; how many, -1 for an invalid block or buffer."""
+    """Move up to wCount messages to lpBuf, the oldest first; returns how many, -1 for an invalid block or buffer."""
     block = _LIBRARY.registered(lpTB)
     _LIBRARY.opened().pump()
     return block.retrieve_into(lpTB.lpBuf, lpTB.wCount)
 
 
 def ACAN_AllocFixedMemory(nBytes: int) -> bytearray | None:
-    """So many zero bytes; None for a number that cannot be."""
+    """A bytearray of `nBytes` zeros; None if `nBytes` is no positive whole number or too large."""
     if not isinstance(nBytes, int) or nBytes <= 0:
         return None
     try:
@@ -241,7 +241,7 @@ def ACAN_AllocFixedMemory(nBytes: int) -> bytearray | None:
 
 
 def ACAN_FreeFixedMemory(lpAlloc: Any, nBytes: int) -> bool:
-    """FALSE unless ACAN_AllocFixedMemory gave it, with this size; it can be freed once."""
+    """Free memory once; FALSE unless ACAN_AllocFixedMemory returned it, with this size."""
     block = _LIBRARY.memory.get(id(lpAlloc))
     if block is None or len(block) != nBytes:
         return False
@@ -250,14 +250,14 @@ def ACAN_FreeFixedMemory(lpAlloc: Any, nBytes: int) -> bool:
 
 
 def ACAN_Exit() -> None:
-    """Give back everything: blocks, memory, the connection. The controller stays as it is."""
+    """Release everything: Task Blocks, memory, the connection to the hub. The controller stays as it is."""
     _LIBRARY.close()
 
 
 def _given(structure: T, kind: type[T]) -> T:
-    """Raises BadValue for NULL, and for a pointer to something else."""
+    """The structure; raises BadValue for NULL, and for an object of another type."""
     if not isinstance(structure, kind):
-        raise BadValue(f"{structure!r:.40} is no {kind.__name__}")
+        raise BadValue(f"{structure!r:.40} is not an {kind.__name__}")
     return structure
 
 

@@ -21,7 +21,7 @@ _DOUBLE_WORD = _unsigned("I", 0xFFFF_FFFF)
 
 
 def _pointer(null: Any = None) -> Kind:
-    """A far pointer, segment << 16 | offset, or in Python the thing itself; NULL is `null` there."""
+    """A far pointer, segment << 16 | offset, or in Python the object pointed to; NULL is `null` in Python."""
 
     def fit(value: Any) -> Any:
         return _DOUBLE_WORD.fit(value) if isinstance(value, int) else value
@@ -44,6 +44,6 @@ HANDLE: TypeAlias = Any  # with .set(): an event
 LPVOID: TypeAlias = Annotated[Any, _pointer()]
 LPBYTE: TypeAlias = Annotated[Any, _pointer()]
 ACANCBFN: TypeAlias = Annotated[Callable[..., Any] | int | None, _pointer()]
-REFERENCE: TypeAlias = Annotated[Any, _pointer(null=0)]  # a DWORD of the application's own, or anything
+REFERENCE: TypeAlias = Annotated[Any, _pointer(null=0)]  # the application's DWORD, or any object
 EIGHT_BYTES: TypeAlias = Annotated[bytes, octets(8)]
 TWO_BYTES: TypeAlias = Annotated[bytes, octets(2)]

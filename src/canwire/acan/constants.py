@@ -1,4 +1,4 @@
-"""ACAN.H's constants: enumerations, and under the manual's own names their members.
+"""The constants of ACAN.H: enumerations, and their members under the manual's names.
 
 Source: INduCAN104 manual, "Data structures", "Programming interface" and annex A.
 """
@@ -9,7 +9,7 @@ from enum import IntEnum, IntFlag
 
 
 class Format(IntFlag):
-    """ACANMB.bFormat: what kind of frame."""
+    """ACANMB.bFormat: the kind of frame."""
 
     EXTENDED = 0x80  # 29-bit identifier
     RTR = 0x40  # remote frame
@@ -18,7 +18,7 @@ class Format(IntFlag):
 class Action(IntFlag):
     """ACANID.bAction: what the driver does with a message that passes a filter.
 
-    CHANRCV and CHANSND make the filter a channel; never both.
+    CHANRCV or CHANSND makes the filter a channel; a filter cannot have both.
     """
 
     NOTIFY = 0x80
@@ -29,7 +29,7 @@ class Action(IntFlag):
 
 
 class Notification(IntEnum):
-    """ACANTB.bNotType: how an application is told."""
+    """ACANTB.bNotType: how the driver notifies an application."""
 
     EVENT = 0
     CALLBACK = 1
@@ -37,11 +37,11 @@ class Notification(IntEnum):
 
 
 class BlockStatus(IntFlag):
-    """Low byte of ACANTB.wStatus: what waits to be acknowledged."""
+    """Low byte of ACANTB.wStatus: what the application has not acknowledged yet."""
 
     SC = 0x01  # a special condition occurred: see the high byte
     MB = 0x02  # messages have been buffered
-    OVERFLOW = 0x04  # messages have been discarded, the FIFO was full
+    OVERFLOW = 0x04  # messages have been discarded because the FIFO was full
 
 
 class Condition(IntFlag):
@@ -51,8 +51,8 @@ class Condition(IntFlag):
     ARBLOST = 0x40
     ERRPAS = 0x20  # error passive state reached
     WAKEUP = 0x10  # never happens
-    OVERRUN = 0x08  # the controller's own buffers
-    NOBUFF = 0x04  # the driver's own buffers are missing
+    OVERRUN = 0x08  # the controller's buffers were full
+    NOBUFF = 0x04  # the driver's buffers were full
     ERRLIM = 0x02  # an error counter reached 96
     BUSOFF = 0x01
 
@@ -78,7 +78,7 @@ class Interrupt(IntFlag):
 
 
 class Service(IntEnum):
-    """AL at the driver's entry point (annex A). Number 9 is 0 again: Windows 95 lets nobody call a VxD with 0."""
+    """AL at the driver's entry point (annex A). 9 means the same as 0, since Windows 95 cannot call a VxD with 0."""
 
     GET_VERSION = 0
     HARD_CONFIGURE = 1

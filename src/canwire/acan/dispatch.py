@@ -1,4 +1,4 @@
-"""What the bus brings, handed to every task block: frames through its filters, events as special conditions.
+"""Hands what arrives from the bus to each task block: frames that pass its filters, events as special conditions.
 
 Source: INduCAN104 manual, "Notification", "CAN channels".
 """
@@ -23,10 +23,10 @@ _TEC_IN_BUS_OFF = 127  # what the chip's TXERR shows then; source: SJA1000 data 
 
 
 class Dispatch:
-    """The registered blocks in their order. `reply` sends what a channel answers, with or without a loop back.
+    """The registered blocks in the order of their registration. `reply(frame, loop_back)` sends a channel's answer.
 
-    A reply is looped back unless it would itself ask a channel here: so it may address a channel of the same
-    machine, and none asks itself for ever.
+    An answer is looped back, so that it can address a channel of the same machine, unless it would make a channel
+    of this driver send: otherwise a channel could answer itself without end.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Dispatch:
         reply: Callable[[Frame, bool], None],
         interrupts: Callable[[], int] = lambda: EVERY_INTERRUPT,
     ) -> None:
-        """`interrupts` tells the IER that holds for ACAN's programs; it is asked anew after each change of the line."""
+        """`interrupts` returns the IER for ACAN programs; it is called again after each change of the line."""
         self.blocks: list[TaskBlock] = []
         self._state = _known(state)
         self._tec = self._rec = 0
@@ -45,7 +45,7 @@ class Dispatch:
         self._own_stops = 0
 
     def take(self, arrival: Arrival) -> list[TaskBlock]:
-        """What the line brought; returns the blocks whose applications are to be told of it now."""
+        """Hand one frame or event to the blocks; returns the blocks whose applications must be notified now."""
         if arrival.lost_before:
             self.raise_condition(Condition.NOBUFF)
         if isinstance(arrival.what, BusEvent):
@@ -55,14 +55,14 @@ class Dispatch:
         return [block for block in self.blocks if block.take_notification()]
 
     def raise_condition(self, conditions: Condition, alc: int | None = None, ecc: int | None = None) -> None:
-        """Tell every block of it, with the newest counters."""
+        """Report the conditions to each block, with the newest error counters."""
         what = Occurrence(int(conditions), self._tec, self._rec, alc, ecc)
         for block in self.blocks:
             block.occurred(what)
 
     @contextmanager
     def own_stop(self) -> Iterator[None]:
-        """Meanwhile this program takes the controller off the bus, which it need not be told."""
+        """While entered, this program takes the controller off the bus, and its blocks get no BUSOFF for that."""
         self._own_stops += 1
         try:
             yield
@@ -98,7 +98,7 @@ class Dispatch:
             self.raise_condition(risen)
 
     def _changed(self, code: int) -> None:
-        """Another program took the controller off the bus: Bus Off, as the manual calls that too."""
+        """Another program took the controller off the bus: the manual calls this Bus Off, too."""
         if code == InfoCode.STOPPED and self._own_stops:
             self._own_stops -= 1
         elif code in (InfoCode.STOPPED, InfoCode.RESET):
@@ -114,12 +114,12 @@ class Dispatch:
 
 
 def _known(state: int) -> ErrorState:
-    """A stopped line's controller begins anew."""
+    """The state from which the next events count: a stopped controller starts again in error active."""
     return ErrorState.ERROR_ACTIVE if state == ErrorState.STOPPED else ErrorState(state)
 
 
 def _told_by(interrupts: int) -> Condition:
-    """The conditions that a controller with this IER interrupts for: without EIE nobody hears of limit and bus-off."""
+    """The conditions that a controller with this IER reports: without EIE neither the warning limit nor bus-off."""
     found = Condition(0)
     if interrupts & Interrupt.EIE:
         found |= Condition.ERRLIM | Condition.BUSOFF
@@ -129,7 +129,7 @@ def _told_by(interrupts: int) -> Condition:
 
 
 def _risen(before: ErrorState, now: ErrorState) -> Condition:
-    """Which limits the controller went over."""
+    """Which limits the controller passed."""
     found = Condition(0)
     if before < ErrorState.ERROR_WARNING <= now:
         found |= Condition.ERRLIM

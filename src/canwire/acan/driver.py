@@ -1,4 +1,4 @@
-"""The library's half of the ACAN driver: one line of the hub, and this program's task blocks.
+"""The half of the ACAN driver in the program: one line of the hub, and this program's task blocks.
 
 Source: INduCAN104 manual, "General operation of drivers and applications", "Programming interface".
 """
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 
 LOWEST_PRIORITY = 255
 _REPLY_PRIORITY = 1
-_BATCH = 64  # arrivals looked at before anybody is told
+_BATCH = 64  # arrivals handled before applications are notified
 
 
 def open_driver(hub: Hub | None = None, board: str | None = None) -> Driver:
-    """The driver of the board that is installed (install.py), or of the one by that name; without `hub` that of
+    """The driver of the installed board (install.py), or of the board named `board`; without `hub` it connects with
     `canwire.connect()`.
 
-    Raises DriverAbsent if there is no such board, HubLost; NoSuchBoard for a name that none has.
+    Raises DriverAbsent if no board is suitable, NoSuchBoard if no board has that name, HubLost.
     """
     if hub is not None:
         return Driver(hub, board)
@@ -58,8 +58,8 @@ def open_driver(hub: Hub | None = None, board: str | None = None) -> Driver:
 
 
 class Driver:
-    """What an application calls. Any thread may; blocks are told on the service's own (service.py).
-    Closed, every call raises Closed; once the hub or the board is gone, HubLost or Unplugged."""
+    """The driver as an application uses it, from any thread; blocks are notified on the service thread (service.py).
+    After `close` each call raises Closed; once the hub or the board is gone, HubLost or Unplugged."""
 
     version = (1, 0)
     controller = CANC_SJA1000
@@ -77,7 +77,7 @@ class Driver:
 
     @property
     def lost(self) -> bool:
-        """Closed, or the hub or the board is gone."""
+        """Whether the driver is closed, or the hub or the board is gone."""
         return self._failure is not None or self.hub.lost
 
     # the controller
@@ -89,22 +89,22 @@ class Driver:
 
     @property
     def on_bus(self) -> bool:
-        """Taking part in the bus: started, and not in bus-off."""
+        """Whether the controller takes part in the bus: it is started, and not in bus-off."""
         self._check()
         status = self._line.status()
         return status.running and status.state != ErrorState.BUS_OFF
 
     def configure(self, config: HardConfig) -> None:
-        """Set the controller up for every program; it is off the bus afterwards, even if it was on.
+        """Configure the controller for all programs; it is off the bus afterwards, even if it was on.
 
-        Raises InUse while another program configures the line, or a VCI program holds its control; and while
-        programs of another kind run it at another rate.
+        Raises InUse while another program configures the line or holds its control, and while programs of another
+        dialect run it at another rate.
         """
         self._check()
         patiently(self._line.hub, partial(self._line.configure, config))
 
     def config(self) -> HardConfig | None:
-        """How the controller is set up, by whomever, or None; BadTiming for a rate that is no whole kbit/s."""
+        """The controller's configuration, also of other programs, or None; BadTiming for a rate not in whole kbit/s."""
         self._check()
         mode = self._line.status().mode
         if mode is None or mode.timing is None:
@@ -112,9 +112,9 @@ class Driver:
         return noted_config(mode.note, mode.timing, dict(mode.registers), self._line.registers())
 
     def bus_on(self) -> bool:
-        """Join the bus with error counters at 0 and nothing left to send; was it on the bus before?
+        """Join the bus with error counters at 0 and empty transmit queues; returns whether it was on the bus before.
 
-        Nothing happens if it was. Raises NotInitialised, InUse.
+        If it was, nothing changes. Raises NotInitialised, InUse.
         """
         self._check()
         status = self._line.status()
@@ -130,7 +130,7 @@ class Driver:
         return False
 
     def bus_off(self) -> bool:
-        """Leave the bus; was it on the bus before? Raises InUse."""
+        """Leave the bus; returns whether the controller was on the bus before. Raises InUse."""
         self._check()
         status = self._line.status()
         if status.running:
@@ -139,10 +139,9 @@ class Driver:
         return status.running and status.state != ErrorState.BUS_OFF
 
     def hold_filters(self) -> AbstractContextManager[None]:
-        """As long as it is entered, only this driver configures the controller and takes it on or off the bus.
+        """A context: while entered, only this driver configures the controller and takes it on or off the bus.
 
-        For programs that need filters of their own, as CANSPY; others raise InUse meanwhile, as does this if the
-        control is taken.
+        Programs that need their own filters use it, such as CANSPY. InUse: here if the control is taken, else there.
         """
         self._check()
         return self._line.hold()
@@ -150,17 +149,17 @@ class Driver:
     # messages
 
     def send(self, frame: Frame, priority: int = 1, timeout: float | None = 0) -> None:
-        """Send now, or when everything of a smaller `priority` (0..255) is sent, first come first served.
+        """Queue a frame: it is sent after the frames of smaller `priority` (0..255) and after older ones of the same.
 
-        A frame that meets a bus error is given up. Priority 0 also delivers it to the task blocks of this line,
-        in every program. Waits up to `timeout` seconds (None: for ever) for room, anew when another thread was
-        quicker. Raises QueueFull, and BadFrame for a CAN FD frame.
+        A frame that meets a bus error is discarded. A frame of priority 0 also goes to the task blocks of this line
+        in each program. Waits up to `timeout` seconds (None: without limit) for room, and again if another thread
+        uses that room first. Raises QueueFull, BadValue, and BadFrame for a CAN FD frame.
         """
         self._check()
         if not isinstance(priority, int) or not 0 <= priority <= LOWEST_PRIORITY:
             raise BadValue(f"priority (bPrio) {priority!r}: a whole number from 0 to {LOWEST_PRIORITY}")
         if frame.fd:
-            raise BadFrame(f"{frame!r}: ACAN knows classic frames only")
+            raise BadFrame(f"{frame!r}: ACAN sends classic frames only")
         flags = ABORT_ON_ERROR | (LOOP_BACK if priority == 0 else 0)
         while True:
             try:
@@ -173,11 +172,11 @@ class Driver:
 
     @property
     def blocks(self) -> tuple[TaskBlock, ...]:
-        """Those registered, in that order; so they get their frames."""
+        """The registered blocks, in the order in which they were registered and receive frames."""
         return tuple(self._dispatch.blocks)
 
     def register(self, block: TaskBlock) -> TaskBlock:
-        """From now on the block gets what its filters let through; as a context manager it deregisters itself.
+        """Register a block, which then receives what passes its filters; `with` deregisters it at its end.
 
         Raises WrongState if it is registered already, BadValue if a channel's variable became too short.
         """
@@ -188,7 +187,7 @@ class Driver:
         return block
 
     def deregister(self, block: TaskBlock) -> None:
-        """No longer; whoever waits for it wakes up. One that is not registered here is ignored."""
+        """Deregister a block, and wake the threads that wait for it. A block that is not registered here is ignored."""
         with self._service.lock:
             if block in self._dispatch.blocks:
                 self._dispatch.blocks.remove(block)
@@ -196,7 +195,7 @@ class Driver:
         self._service.changed()
 
     def pump(self) -> None:
-        """On a hub in virtual time: look at what has come by now. Otherwise the service thread does that."""
+        """On a hub in virtual time: handle what has arrived by now. Otherwise the service thread does that."""
         self._check()
         if self._service.here:
             self._work()
@@ -215,7 +214,7 @@ class Driver:
     # the end
 
     def close(self) -> None:
-        """Deregister every block and let go of the line, which stays as it is; a second time does nothing."""
+        """Deregister all blocks and release the line, which stays as it is; a second call does nothing."""
         if isinstance(self._failure, Closed):
             return
         with self._service.lock:
@@ -252,7 +251,7 @@ class Driver:
         return False
 
     def _work(self) -> bool:
-        """Take in everything that has come; False when nothing more will."""
+        """Handle all that has arrived and notify; False if nothing more can arrive."""
         try:
             while (due := self._take_some()) is not None:
                 for block in due:
@@ -264,9 +263,9 @@ class Driver:
         return self._failure is None
 
     def _take_some(self) -> list[TaskBlock] | None:
-        """Take in what has come, None if there is nothing; returns whom to tell, without the lock, of it.
+        """Handle what has arrived; returns the blocks to notify after the lock is released, None if nothing arrived.
 
-        It stops where somebody who is to be told has a FIFO half full, so that telling all at once loses nothing.
+        It stops early when a block to be notified has a FIFO half full: so its application can empty it in time.
         """
         due: list[TaskBlock] = []
         with self._service.lock:
@@ -283,12 +282,12 @@ class Driver:
         return due
 
     def _interrupts(self) -> int:
-        """The IER that ACAN's programs asked for, else the controller's; everything where it does not show one."""
+        """The IER that an ACAN program set, else the controller's; all interrupts if the controller shows no IER."""
         noted = noted_interrupts(self._line.status().mode)
         return self._line.registers().get("IER", EVERY_INTERRUPT) if noted is None else noted
 
     def _reply(self, frame: Frame, looped: bool) -> None:
-        """A channel's answer. One that finds no room is lost, and every block that wants to know is told."""
+        """Send a channel's answer. Without room it is lost, and blocks with NOBUFF in their conditions are notified."""
         try:
             self._put(frame, ABORT_ON_ERROR | (LOOP_BACK if looped else 0), _REPLY_PRIORITY)
         except QueueFull:

@@ -1,4 +1,4 @@
-"""What a task block does with which frames: masks over the ACAN identifier, and channels.
+"""Filters of a task block: masks over the ACAN identifier, and what to do with a frame that passes; channels.
 
 Source: INduCAN104 manual, "CAN channels", "Message filters".
 """
@@ -14,15 +14,15 @@ from canwire.acan.identifiers import LARGEST_EXTENDED, acan_word, plain_identifi
 
 
 class Elsewhere(ABC):
-    """A channel's variable that is not in this process."""
+    """A channel's variable outside this process."""
 
     @abstractmethod
     def read(self) -> bytes:
-        """What is there now; fewer bytes than the channel moves where that memory is gone."""
+        """The variable's present bytes; fewer than the channel moves if that memory is gone."""
 
     @abstractmethod
     def write(self, data: bytes) -> None:
-        """Put 1 to 8 bytes where it begins."""
+        """Write 1 to 8 bytes at the variable's start."""
 
 
 Variable = bytes | bytearray | memoryview | Elsewhere
@@ -36,11 +36,11 @@ _REQUEST = 6  # bytes of a message's head: dwID, bFormat, bLength
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Filter:
-    """ACANID: frames with (identifier AND `and_mask`) XOR `xor_value` = 0, and what to do with them.
+    """ACANID: a frame passes if (identifier AND `and_mask`) XOR `xor_value` = 0; `actions` says what happens then.
 
-    The identifier is ACAN's word: its first bit is bit 28, whatever the format. A channel (CHANRCV or CHANSND,
-    never both) moves the first `length` bytes (1..8, else all) of `variable`, an application's own memory,
-    without asking the application. Raises BadValue, naming the field here and in the manual.
+    The identifier is an ACAN word: its first bit is bit 28 in both formats. A channel (CHANRCV or CHANSND, not
+    both) writes or sends the first `length` bytes (1..8; None: all) of `variable`, which is memory of the
+    application, while the application does nothing. Raises BadValue with the field's name here and in the manual.
     """
 
     and_mask: int
@@ -60,7 +60,7 @@ class Filter:
 
     @classmethod
     def any(cls, actions: Action = Action.NOTIFY | Action.QUEUE) -> Filter:
-        """Every frame."""
+        """A filter that each frame passes."""
         return cls(0, 0, actions)
 
     @classmethod
@@ -72,7 +72,7 @@ class Filter:
         variable: Variable | None = None,
         length: int | None = None,
     ) -> Filter:
-        """Frames with this identifier of 11 or 29 bits, of either format: the manual's masks do not tell them."""
+        """A filter for one identifier of 11 or 29 bits. The manual's masks cannot tell the two formats apart."""
         return cls(LARGEST_EXTENDED, acan_word(id, extended), actions, variable, length)
 
     @property
@@ -84,7 +84,7 @@ class Filter:
         return (word & self.and_mask) ^ self.xor_value == 0
 
     def check(self) -> None:
-        """Raise BadValue if the channel, as its variable is now, could not work."""
+        """Raises BadValue if the channel cannot work with its variable as it is now."""
         if self.actions & _RECEIVE and self.actions & _SEND:
             raise BadValue("actions (bAction): CHANRCV and CHANSND exclude each other")
         if not self.is_channel:
@@ -92,12 +92,12 @@ class Filter:
                 raise BadValue("variable (lpAddress): only channels, CHANRCV or CHANSND, have one")
             return
         if not isinstance(self.variable, (bytes, bytearray, memoryview, Elsewhere)):
-            raise BadValue(f"variable (lpAddress) {self.variable!r}: a channel needs bytes to move")
+            raise BadValue(f"variable (lpAddress) {self.variable!r}: a channel needs a bytes-like object")
         view = memoryview(self._elsewhere() if isinstance(self.variable, Elsewhere) else self.variable)
         if self.actions & _RECEIVE and view.readonly:
             raise BadValue("variable (lpAddress): a channel that receives writes to it; give a bytearray")
         if not view.c_contiguous:
-            raise BadValue("variable (lpAddress): its bytes have to lie together")
+            raise BadValue("variable (lpAddress): its bytes must be contiguous")
         length = view.nbytes if self.length is None else self.length
         if not isinstance(length, int) or not 1 <= length <= LONGEST:
             raise BadValue(f"length (bLength) {length!r}: a channel's variable has 1 to {LONGEST} bytes")
@@ -105,14 +105,14 @@ class Filter:
             raise BadValue(f"length (bLength) {length}: the variable (lpAddress) has {view.nbytes} bytes")
 
     def transfer(self, frame: Frame) -> Frame | None:
-        """Do what the channel is for; CHANSND returns its answer, unless the request is too short to be one."""
+        """CHANRCV writes the frame's data to the variable; CHANSND returns the answer, None for a short request."""
         if self.actions & _RECEIVE:
             self._receive(frame.data)
             return None
         return self._answer(frame.data)
 
     def _elsewhere(self) -> bytearray:
-        """Bytes of a variable elsewhere; to receive any will do."""
+        """The bytes of a variable outside this process; a channel that receives needs only their number."""
         assert isinstance(self.variable, Elsewhere)
         return bytearray(self.variable.read() if self.actions & _SEND else LONGEST)
 
@@ -138,7 +138,7 @@ class Filter:
             return Frame(id, bytes(view[:count]), extended=extended)
 
     def _view(self) -> memoryview:
-        """The channel's bytes: never more than the variable has by now, none if its memory was released."""
+        """The channel's bytes: at most as many as the variable has now, none if its memory was released."""
         assert self.variable is not None
         if isinstance(self.variable, memoryview) and _released(self.variable):
             return memoryview(bytearray())

@@ -1,9 +1,10 @@
 """ACAN's hardware configuration: the manual's checks, and the SJA1000's registers that follow from it.
 
-Registers are the controller's own, in dual filter mode: filter 1 (ACR0, ACR1) is the machine's, filter 2 (ACR2, ACR3)
-the broadcasts'. Only bits 28..13 of an ACAN identifier are compared: of a standard one all eleven, RTR in bit 17,
-and in bits 16..13 the first data byte: its high nibble with the machine's value, its low one with the broadcasts'.
-The manual's shifts for ACR and AMR do not fit its own drawing of the identifier; the drawing counts.
+The controller filters in dual filter mode: filter 1 (ACR0, ACR1) is for the machine, filter 2 (ACR2, ACR3) for
+broadcasts. The controller compares only bits 28..13 of an ACAN identifier. For a standard frame these are all eleven
+bits of the identifier, RTR in bit 17, and the first data byte in bits 16..13: its high nibble is compared with the
+machine's value, its low nibble with the broadcasts' value. The manual's shifts for ACR and AMR contradict its drawing
+of the identifier; this module follows the drawing.
 Source: INduCAN104 manual, "Hardware configuration"; SJA1000 data sheet 6.4.15.2 (dual filter), 6.5.
 """
 
@@ -40,17 +41,17 @@ _RTR = 1 << 17
 _NIBBLE_SHIFT = 13  # bits 16..13
 _DATA = 0xF << _NIBBLE_SHIFT
 _COMPARED = 0xFFFF << _LOW
-_BUS = ("BTR0", "BTR1", "OCR")  # what the controller does; the others say what ACAN's programs hear
+_BUS = ("BTR0", "BTR1", "OCR")  # these set what the controller does; the others what ACAN programs receive
 
 
 @dataclass(frozen=True, slots=True)
 class HardConfig:
-    """How a controller is set up. A HardConfig that exists can be programmed.
+    """A controller's configuration. Its values are checked, so each HardConfig can be programmed.
 
-    Identifiers are ACAN words, a mask's 1 is significant. `clock_khz` is the oscillator; `rate_kbps` kbit/s. A bit has
-    `ts1` + `ts2` quanta: ts1 2..17 up to the sample point, SYNC included, ts2 1..8 behind it. `sjw` is forced into
-    1..4 when it is programmed. More than one of `samples` samples three times. `interrupts` 0 is the default, 0xAD.
-    Raises BadTiming or BadValue, naming the field and what the manual calls it.
+    Identifiers are ACAN words; a 1 in a mask means that the bit is compared. `clock_khz` is the oscillator in kHz,
+    `rate_kbps` the bit rate in kbit/s. A bit has `ts1` + `ts2` quanta: ts1 (2..17) before the sample point, with SYNC,
+    ts2 (1..8) after it. `sjw` is limited to 1..4 when it is programmed. `samples` above 1 means triple sampling.
+    `interrupts` 0 means the default, 0xAD. Raises BadTiming or BadValue with the field's name here and in the manual.
     Source: manual, "Following checks are performed".
     """
 
@@ -87,11 +88,11 @@ class HardConfig:
 
     @property
     def prescaler(self) -> int:
-        """BRP + 1. Rates that the clock cannot make are made a little too quick, as ACAN's whole division does."""
+        """BRP + 1. It is rounded down, as in ACAN: a bit rate that the clock cannot make becomes a little too high."""
         return self.clock_khz // (self.rate_kbps * 2 * (self.ts1 + self.ts2))
 
     def timing(self, oscillator_hz: int | None = None) -> BitTiming:
-        """The bit timing that this makes of an oscillator; left out, of `clock_khz`."""
+        """The bit timing that these values give with an oscillator in Hz; None: with `clock_khz`."""
         sjw = self._register_of_sjw() + 1
         clock_hz = (oscillator_hz or self.clock_khz * 1000) // 2
         triple = self.samples > 1
@@ -101,7 +102,7 @@ class HardConfig:
         return min(max(self.sjw - 1, 0), 3)
 
     def registers(self) -> tuple[tuple[str, int], ...]:
-        """What is programmed into the controller, register by register."""
+        """The name and value of each register that is programmed into the controller."""
         btr0 = self._register_of_sjw() << 6 | self.prescaler - 1
         btr1 = (self.samples > 1) << 7 | self.ts2 - 1 << 4 | self.ts1 - 2
         named = {"BTR0": btr0, "BTR1": btr1, "OCR": self.output_control}
@@ -114,9 +115,9 @@ class HardConfig:
 
     @classmethod
     def from_registers(cls, registers: Mapping[str, int], clock_khz: int = 16_000) -> Self:
-        """What somebody programmed into a controller with this oscillator: `registers()` of it are the same.
+        """The configuration of a controller with this oscillator in kHz; its `registers()` are the given ones.
 
-        Identifiers have only the compared bits, `samples` is 1 or 3; an IER of 0 cannot be told from the default.
+        Identifiers have only the compared bits, `samples` is 1 or 3, and an IER of 0 means the default.
         Raises BadTiming if no whole number of kbit/s leads to that prescaler.
         """
         ts1, ts2 = (registers["BTR1"] & 0xF) + 2, (registers["BTR1"] >> 4 & 7) + 1
@@ -139,7 +140,7 @@ class HardConfig:
     def accepts(
         self, identifier: int, extended: bool = False, remote: bool = False, data: bytes = b""
     ) -> bool:
-        """Whether the controller's filter lets a frame through: by the machine's filter, or the broadcasts'."""
+        """Whether a frame passes the controller's filter for the machine, or the one for broadcasts."""
         word = acan_word(identifier, extended) | (0 if extended or not remote else _RTR)
         compared = _COMPARED if extended else _COMPARED & ~_DATA
         by_machine = (word ^ self.machine_id) & self.machine_mask & compared
@@ -149,7 +150,7 @@ class HardConfig:
         return not by_machine or not by_all
 
     def _differs(self, data: bytes) -> int:
-        """The nibbles of a standard frame's first data byte against filter 1; a byte that is not there passes."""
+        """The nibbles of a standard frame's first data byte that differ from filter 1; without data none differs."""
         if not data:
             return 0
         high = ((data[0] >> 4) << _NIBBLE_SHIFT ^ self.machine_id) & self.machine_mask
@@ -157,14 +158,14 @@ class HardConfig:
         return (high | low) & _DATA
 
     def banner(self) -> str:
-        """The two lines that CANSPY begins its trace with. Source: manual, "CAN Spy"."""
+        """The first two lines of CANSPY's trace. Source: manual, "CAN Spy"."""
         return (
             f"Clock: {self.clock_khz} KHz, Rate: {self.rate_kbps} Kbps\n"
             f"TSEG1 = {self.ts1}, TSEG2 = {self.ts2}, SJW = {self.sjw}, MSI = {self.samples}"
         )
 
     def to_hi(self) -> ACANHI:
-        """The manual's structure."""
+        """The configuration as the manual's structure."""
         made = ACANHI()
         for name, (manual, _) in _FIELDS.items():
             setattr(made, manual, getattr(self, name))
@@ -172,7 +173,7 @@ class HardConfig:
 
     @classmethod
     def from_hi(cls, hi: ACANHI) -> Self:
-        """The checked configuration; raises as the constructor does."""
+        """The configuration in the manual's structure; raises what the constructor raises."""
         return cls(**{field.name: getattr(hi, _FIELDS[field.name][0]) for field in fields(cls)})
 
     def pack(self) -> bytes:
@@ -188,10 +189,11 @@ class HardConfig:
 def noted_config(
     note: bytes, timing: BitTiming, settings: Mapping[str, int], registers: Mapping[str, int]
 ) -> HardConfig:
-    """How a line is set up: as its note says, if the note is ours and the registers agree; else as they are.
+    """A line's configuration: the one in its note if an ACAN program wrote it and the registers agree, else the
+    registers' values.
 
-    What ACAN's programs hear, acceptance filters and interrupts, is as they asked for it whoever set the line up since.
-    Raises BadTiming as `registers_of` does.
+    Acceptance filters and interrupts, which decide what ACAN programs receive, are always those of the note, also if a
+    program of another dialect has configured the line since. Raises BadTiming as `registers_of` does.
     """
     heard: dict[str, int] = {}
     with suppress(BadValue):  # no program of ours has set it up
@@ -203,17 +205,17 @@ def noted_config(
 
 
 def noted_interrupts(mode: LineMode | None) -> int | None:
-    """The IER that programs of ours asked for; None where none of them has set the line up."""
+    """The IER that an ACAN program set; None if no ACAN program has configured the line."""
     with suppress(BadValue):
         return None if mode is None else HardConfig.unpack(mode.note).interrupts or int(DEFAULT_INTERRUPTS)
     return None
 
 
 def registers_of(timing: BitTiming, known: Mapping[str, int]) -> dict[str, int]:
-    """All that `from_registers` needs of a line set up with this timing: what is not known is as it usually is.
+    """All registers that `from_registers` needs, for a line with this timing; unknown ones have their default values.
 
-    In operating mode an SJA1000 shows neither ACR nor AMR, an adapter behind a cable shows no register at all.
-    Raises BadTiming where 16 MHz cannot make that rate.
+    In operating mode an SJA1000 shows neither ACR nor AMR, and an adapter on a cable shows no register at all.
+    Raises BadTiming if 16 MHz cannot make that rate.
     """
     if timing.clock_hz != _USUAL_HZ:
         timing = BitTiming.for_bit_rate(
@@ -234,10 +236,10 @@ def _word(high: int, low: int) -> int:
 
 
 def _rate(clock_khz: int, prescaler: int, half_quanta: int) -> int:
-    """kbit/s, the largest number that leads to this prescaler."""
+    """The largest number of kbit/s that leads to this prescaler."""
     rate = clock_khz // (half_quanta * prescaler)
     if not rate or clock_khz // (half_quanta * rate) != prescaler:
         raise BadTiming(
-            f"{clock_khz} kHz by a prescaler of {prescaler} and {half_quanta // 2} quanta is no whole rate in kbit/s"
+            f"{clock_khz} kHz, a prescaler of {prescaler} and {half_quanta // 2} quanta give no whole number of kbit/s"
         )
     return rate

@@ -1,10 +1,10 @@
-"""ACAN identifiers: 32-bit words with the identifier's first bit on the bus in bit 28, whatever its format.
+"""ACAN identifiers: 32-bit words. Bit 28 is the first bit of the identifier on the bus, in both formats.
 
     bit             28          18 17                 0
     extended        ID28 .... ID18 ID17 ........... ID0
     standard        ID10 ..... ID0  0 ............... 0
 
-A few bits, wherever the application wants them, name the machine that a message is for (MID); 0 there means all.
+An application chooses a few bits that hold the number of the machine a message is for (MID); 0 means all machines.
 Source: INduCAN104 manual, "Messages identification".
 """
 
@@ -22,7 +22,7 @@ BROADCAST = 0
 
 
 def acan_word(identifier: int, extended: bool = False) -> int:
-    """The ACAN identifier (dwID, dwXor) of an 11-bit or 29-bit one; raises BadValue if it has more bits.
+    """The ACAN identifier (dwID, dwXor) for an 11-bit or 29-bit identifier; raises BadValue if it has more bits.
 
     >>> hex(acan_word(0x048))
     '0x1200000'
@@ -34,22 +34,22 @@ def acan_word(identifier: int, extended: bool = False) -> int:
 
 
 def plain_identifier(word: int, extended: bool = False) -> int:
-    """The 11-bit or 29-bit identifier of an ACAN one. Bits that mean nothing in its format are passed over."""
+    """The 11-bit or 29-bit identifier in an ACAN word. Bits without a meaning in its format are ignored."""
     identifier = word & LARGEST_EXTENDED
     return identifier if extended else identifier >> STANDARD_SHIFT
 
 
 def significant(word: int, extended: bool = False) -> int:
-    """The word without the bits that mean nothing: what ACAN delivers, and wants to be sent."""
+    """The ACAN word with all bits at 0 that have no meaning in its format, as ACAN delivers it."""
     return acan_word(plain_identifier(word, extended), extended)
 
 
 @dataclass(frozen=True, slots=True)
 class MachineField:
-    """Where identifiers name machines: `width` bits, the lowest of them in bit `position` of the ACAN word.
+    """The bits of an identifier that hold a machine's number: `width` bits from bit `position` of the ACAN word up.
 
-    Left out, it is the manual's example: bits 20..18, the last three of a standard identifier, for machines 1..7.
-    Raises BadValue if the bits are not all in an identifier.
+    The default is the manual's example: bits 20..18, the last three of a standard identifier, for machines 1..7.
+    Raises BadValue if a bit is outside the identifier.
 
     >>> hex(MachineField().sent_to(0x01200000, 5))
     '0x1340000'
@@ -62,7 +62,7 @@ class MachineField:
         top = self.position + self.width - 1
         if self.position < 0 or self.width < 1 or top > FIRST_BIT:
             raise BadValue(
-                f"a MID of {self.width} bits from bit {self.position}: within bits 0 to {FIRST_BIT}"
+                f"a MID of {self.width} bits from bit {self.position}: it must be within bits 0 to {FIRST_BIT}"
             )
 
     @property
@@ -72,7 +72,7 @@ class MachineField:
 
     @property
     def machines(self) -> range:
-        """The numbers a machine can have; 0 is nobody's."""
+        """The numbers that a machine can have; 0 is the broadcast number."""
         return range(1, 1 << self.width)
 
     def word(self, machine: int) -> int:
@@ -82,13 +82,13 @@ class MachineField:
         return machine << self.position
 
     def sent_to(self, word: int, machine: int) -> int:
-        """That identifier with this destination."""
+        """The ACAN word with this machine as its destination; raises BadValue for a number that does not fit."""
         return word & ~self.mask | self.word(machine)
 
     def destination(self, word: int) -> int:
-        """The machine an identifier names; `BROADCAST` for all."""
+        """The machine that an ACAN word addresses; `BROADCAST` for all machines."""
         return (word & self.mask) >> self.position
 
     def concerns(self, word: int, machine: int) -> bool:
-        """Whether that machine is meant: by its number, or with all others."""
+        """Whether the word addresses that machine, alone or as a broadcast."""
         return self.destination(word) in (machine, BROADCAST)

@@ -1,7 +1,7 @@
-"""Which board the driver serves: what ACAN.EXE took as /P and /I, and VACAND.386 from SYSTEM.INI.
+"""Which board the driver serves: ACAN.EXE got it with /P and /I, VACAND.386 from SYSTEM.INI.
 
-The hub remembers it in its note "acan": nothing there means any board, see `find_line`.
-Source: INduCAN104 manual, "Drivers and utilities setup"; scripts are a Unix shell's instead of START.BAT.
+The hub stores it in its note "acan"; an empty note means any board (`find_line`).
+Source: INduCAN104 manual, "Drivers and utilities setup"; the scripts are for a Unix shell instead of START.BAT.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ _IRQ = re.compile(r"/I:([0-9]{1,2})(\*?)", re.IGNORECASE)
 _WRITTEN = re.compile(rb"([0-9A-F]{3}):([0-9]{1,2})(\*?)")
 _SECTION = "ACAN"
 START, STOP, INI, WORLD = "START", "STOP", "acan.ini", "canwire.toml"
-_PID, _LOG = "hub.pid", "hub.log"  # what START leaves beside itself
+_PID, _LOG = "hub.pid", "hub.log"  # START writes them into its own directory
 SERIAL = "HW000104"  # of the board in canwire.toml
 
 
 class DriverAbsent(NoSuchBoard):
-    """The ACAN driver is not operational: uninstalled, or no controller where it is told to look."""
+    """The ACAN driver is not operational: it is uninstalled, or no board has the jumpers it was installed with."""
 
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """Jumpers of the board to serve: base address 100h..3E0h in steps of 20h, interrupt 3, 4, 5, 7, 9, 10 or 11.
+    """The jumpers of the board to serve: base address 100h..3E0h in steps of 20h, interrupt 3, 4, 5, 7, 9, 10 or 11.
 
-    `shared` lets other equipment have the same interrupt; kept, though no board here can share one.
+    `shared` allows other devices to use the same interrupt; the driver stores it and does not use it.
     Raises BadValue.
     """
 
@@ -61,7 +61,7 @@ class Installation:
 
     @classmethod
     def parse(cls, arguments: str | Iterable[str]) -> Self | None:
-        """ACAN's command line, `/P:280 /I:5` or `/I:5*`, in one piece or several; None for `/U`. Raises BadText."""
+        """Parses ACAN's command line `/P:280 /I:5` or `/I:5*`, one text or its words; None for `/U`. Raises BadText."""
         text = arguments if isinstance(arguments, str) else " ".join(arguments)
         words = text.replace("/", " /").split()
         if [word.upper() for word in words] == ["/U"]:
@@ -70,13 +70,13 @@ class Installation:
         irqs = [found for word in words if (found := _IRQ.fullmatch(word))]
         if len(words) != 2 or len(ports) != 1 or len(irqs) != 1:
             raise BadText(
-                f"{text!r}: /P:<port> /I:<irq>[*] or /U, the port in hexadecimal, the irq in decimal"
+                f"{text!r}: write /P:<port> /I:<irq>[*] or /U, the port in hexadecimal, the irq in decimal"
             )
         return cls(int(ports[0][1], 16), int(irqs[0][1]), irqs[0][2] == "*")
 
     @classmethod
     def from_ini(cls, text: str) -> Self:
-        """`Base=` (hexadecimal) and `Irq=` of section [ACAN]; raises BadText, BadValue."""
+        """Reads `Base=` (hexadecimal) and `Irq=` of section [ACAN]; raises BadText, BadValue."""
         parser = configparser.ConfigParser(strict=False, allow_no_value=True, interpolation=None)
         try:
             parser.read_string(text)
@@ -102,23 +102,23 @@ class Installation:
 
     @classmethod
     def from_note(cls, note: bytes) -> Self:
-        """What `to_note` made; raises BadText."""
+        """Parses the result of `to_note`; raises BadText."""
         found = _WRITTEN.fullmatch(note)
         if found is None:
             raise BadText(f"note {NOTE!r} {note!r}: <port>:<irq>")
         return cls(int(found[1], 16), int(found[2]), found[3] == b"*")
 
     def serves(self, board: BoardInfo) -> bool:
-        """Whether the board's jumpers are these."""
+        """Whether the board has these jumpers."""
         there = dict(board.resources)
         return there.get("I/O", "").startswith(f"{self.port:X}h") and there.get("IRQ") == str(self.irq)
 
 
 def find_line(hub: Hub, name: str | None = None) -> tuple[BoardInfo, int]:
-    """The board that the driver serves, and its line's number; `name` asks for a certain one, as `Hub.board` does.
+    """The board that the driver serves, and the number of its line.
 
-    The installed one; without installation the first INduCAN104, else the first line with an SJA1000.
-    Raises DriverAbsent.
+    With `name` it is that board (see `Hub.board`), otherwise the installed one; without an installation it is the
+    first INduCAN104, else the first board with an SJA1000. Raises DriverAbsent, and NoSuchBoard for a wrong `name`.
     """
     note = hub.note(NOTE) if name is None else b""
     boards = hub.boards() if name is None else (hub.board(name),)
@@ -141,10 +141,10 @@ def find_line(hub: Hub, name: str | None = None) -> tuple[BoardInfo, int]:
 
 
 def install(hub: Hub, installation: Installation) -> BoardInfo:
-    """Serve the board with these jumpers from now on, in every program that opens the driver.
+    """Serve the board with these jumpers from now on, in each program that opens the driver.
 
-    Its controller is off the bus then. Raises DriverAbsent if none answers there, InUse if the driver serves
-    another board or somebody holds the line's control.
+    Its controller is off the bus afterwards. Raises DriverAbsent if no board has these jumpers, InUse if the driver
+    serves another board or a program holds the control of the line.
     """
     note = hub.note(NOTE)
     if note not in (b"", UNINSTALLED, installation.to_note()):
@@ -156,7 +156,7 @@ def install(hub: Hub, installation: Installation) -> BoardInfo:
 
 
 def uninstall(hub: Hub) -> None:
-    """No driver any more; its line is off the bus and forgets its setting. Again: nothing.
+    """Uninstall the driver; its line leaves the bus and loses its configuration. A second call does nothing.
 
     Raises InUse while programs use the line.
     """
@@ -169,7 +169,7 @@ def uninstall(hub: Hub) -> None:
         return
     users = hub.line_status(board.id, number).channels
     if users:
-        raise InUse(f"{board.hardware_id}: {users} programs use it; let them end first")
+        raise InUse(f"{board.hardware_id}: {users} programs use it; end them first")
     with hub.open_control(board.id, number) as control:
         control.reset()
     hub.set_note(NOTE, UNINSTALLED)
@@ -178,7 +178,7 @@ def uninstall(hub: Hub) -> None:
 def setup(port: int, irq: int, directory: str | os.PathLike[str]) -> tuple[Path, ...]:
     """Write START, STOP, acan.ini and canwire.toml for a board with these jumpers; returns the four paths.
 
-    The directory is made if need be, files of these names are replaced. Raises BadValue.
+    It makes the directory if necessary and replaces files with these names. Raises BadValue.
     """
     installation = Installation(port, irq)
     home = Path(directory)
@@ -217,7 +217,7 @@ def _leave_bus(hub: Hub, board: BoardInfo, number: int) -> None:
 
 
 def _start(installation: Installation) -> str:
-    """What ADTM is to ACAN.EXE is the hub here: one is started unless one runs already."""
+    """The script START: it starts a hub, in place of ADTM, unless one runs already, and installs the driver."""
     return f"""#!/bin/sh
 cd "$(dirname "$0")" || exit
 if ! kill -0 "$(cat {_PID} 2> /dev/null)" 2> /dev/null; then
@@ -235,7 +235,7 @@ exec canwire acan install {installation.to_arguments()}
 
 
 def _stop() -> str:
-    """Uninstalls the driver, and ends the hub if START started it, which then has nobody else to ask."""
+    """The script STOP: it uninstalls the driver, and ends the hub if START started that."""
     return f"""#!/bin/sh
 cd "$(dirname "$0")" || exit
 if ! canwire acan install /U; then

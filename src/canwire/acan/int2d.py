@@ -1,14 +1,14 @@
-"""ACAN.EXE as assembly language programs see it: found through INT 2Dh, called at its entry point.
+"""ACAN.EXE as assembly language programs see it: they find it through INT 2Dh and call it at its entry point.
 
     memory = ByteMemory()
-    driver = Int2d(acan.api, memory)          # the interrupt vector is set, the signature in memory
+    driver = Int2d(acan.api, memory)          # sets the interrupt vector, writes the signature into memory
     multiplex = find_driver(memory, driver.interrupt)
-    driver.call_far(registers)                # AL = service, ES:BX = structure, as annex A says
+    driver.call_far(registers)                # AL = service, ES:BX = structure, see annex A
 
-Structures lie packed in memory: his is ACANHI, tbs ACANTB (tb_wsta is its wStatus: tb_sta the low byte, tb_sca the high
-one), ambs ACANMB. A registered tbs's status, counters and occupation are written into memory whenever they change, as
-the driver's interrupt routine did (rulings.md 40); on a hub in virtual time, where nobody works by himself, in each
-service.
+Structures are packed in memory. The manual's `his` is ACANHI, `ambs` is ACANMB, and `tbs` is ACANTB, whose wStatus is
+tb_wsta, with tb_sta as its low byte and tb_sca as its high byte. The status, counters and occupation of a registered
+Task Block are written into memory when they change, as the driver's interrupt routine did (rulings.md 40). On a hub in
+virtual time no thread works between two services, so they are written in each service.
 Source: INduCAN104 manual, annex A; Alternate Multiplex Interrupt Specification 3.6.
 """
 
@@ -38,18 +38,18 @@ _NOT_IMPLEMENTED = 0x00
 _CANNOT_BE_UNINSTALLED, _DEACTIVATED = 0x01, 0x04
 _TRAPPED_LIST = 0x04
 _IRET, _RETF = b"\xcf", b"\xcb"
-_SEGMENT = 0x0C00  # where DOS happened to load it
+_SEGMENT = 0x0C00  # DOS could load it anywhere
 _NULL = FarPointer(0, 0)
 _TO_THE_STATUS = struct.Struct("<HBBBB")  # wStatus, bREC, bTEC, bALC, bECC
 _TO_THE_FIFO = struct.Struct("<HHH")  # wRMBOccupation, wRIndex, wWIndex
 
 
 class Int2d:
-    """The resident driver: `interrupt` is INT 2Dh, `call_far` a far call to `entry_point`.
+    """The resident driver: `interrupt` is INT 2Dh, `call_far` is a far call to `entry_point`.
 
-    Only calls with AH = `multiplex` are for it; others leave all registers alone. `trapped` lists further interrupts
-    it says it holds (IRQ 5 is 0Dh; with ADTM the monitor holds that one). An application is notified as ADTM does it:
-    `notify_event(wTid, wEvent)`, on whatever thread the services notify.
+    It handles only calls with AH = `multiplex`; other calls change no register. `trapped` lists further interrupts that
+    the driver reports as its own (IRQ 5 is 0Dh; with ADTM the monitor holds that one). To notify an application it
+    calls `notify_event(wTid, wEvent)`, as ADTM does, on the thread on which the services notify.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Int2d:
         memory.write_pointer(VECTOR, self._handler)
 
     def _load(self, at: FarPointer, trapped: Iterable[int]) -> None:
-        """Code and texts in memory. Each trapped interrupt is a number and an offset; 2Dh is the last."""
+        """Write code and texts into memory. Each trapped interrupt is a number and an offset; 2Dh is the last."""
         text = SIGNATURE + DESCRIPTION + b"\0\0"
         self._signature, self._handler = at, at + len(text)
         self.entry_point = self._handler + 1
@@ -87,7 +87,7 @@ class Int2d:
         self._memory.write(at, text + _IRET + _RETF + listed)
 
     def interrupt(self, registers: Registers) -> None:
-        """INT 2Dh with AH, AL as in the registers; the answer is in them afterwards."""
+        """INT 2Dh with AH and AL from the registers; writes the answer into the registers."""
         if not self.active or self.multiplex != registers.AH:
             return
         function, registers.AL = registers.AL, _NOT_IMPLEMENTED
@@ -104,7 +104,7 @@ class Int2d:
             registers.point("DX", "BX", self._trapped)
 
     def _uninstall(self, registers: Registers) -> None:
-        """Not while Task Blocks are registered, nor once another program took the vector over."""
+        """Uninstall, except while Task Blocks are registered or if another program has replaced the vector."""
         if self._blocks or self._memory.read_pointer(VECTOR) != self._handler:
             registers.AL = _CANNOT_BE_UNINSTALLED
             return
@@ -113,7 +113,7 @@ class Int2d:
         registers.AL, registers.BX = _DEACTIVATED, self._handler.segment
 
     def call_far(self, registers: Registers) -> None:
-        """The service in AL. Only AX and DX change; 0 in AX is an error (-1 of RECEIVE), also of unknown services."""
+        """Run the service in AL. Only AX and DX change. AX is 0 (RECEIVE: -1) for an error or an unknown service."""
         code = registers.AL
         registers.AX = 0
         if not self.active or code not in _SERVICES:
@@ -125,7 +125,7 @@ class Int2d:
         self.refresh()
 
     def refresh(self) -> None:
-        """Write what the services keep up to date in registered Task Blocks into memory."""
+        """Write status, counters and occupation of all registered Task Blocks into memory."""
         for at, block in list(self._blocks.values()):
             self._mirror(at, block)
 
@@ -186,7 +186,7 @@ class Int2d:
     # Task Blocks in memory
 
     def _block(self, at: FarPointer) -> ACANTB:
-        """The Task Block there, with pieces of the memory in the place of pointers."""
+        """The Task Block at this address, with views of the memory in place of pointers."""
         count = ACANTB.unpack_head(self._memory.read(at, ACANTBSZ)).bNId
         block = ACANTB.unpack(self._memory.read(at, ACANTBSZ + count * ACANIDSZ))
         block.lpRMB = self._view(block.lpRMB, block.wRMBSize * ACANMBSZ)
@@ -238,9 +238,9 @@ _SERVICES: dict[int, Callable[[Int2d, Registers], None]] = {
 
 
 def find_driver(memory: ByteMemory, interrupt: Callable[[Registers], object]) -> int | None:
-    """The multiplex number of the ACAN driver, as an application finds it; None if it is not installed.
+    """The multiplex number of the ACAN driver, by the manual's algorithm; None if the driver is not installed.
 
-    `interrupt` is whatever INT 2Dh does to registers. Source: annex A, "ACAN driver detection".
+    `interrupt` performs INT 2Dh on registers. Source: annex A, "ACAN driver detection".
     """
     if not memory.read_pointer(VECTOR):
         return None

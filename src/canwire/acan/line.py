@@ -1,4 +1,4 @@
-"""The driver's line at the hub: which one it is, who sets it up, its channel. Nothing else here asks the hub."""
+"""The driver's line at the hub: its status, its configuration and its channel."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from canwire.acan.hard_config import HardConfig
 if TYPE_CHECKING:
     from canwire import BoardInfo, Control, Event, Hub
 
-KIN = "ACAN"  # whose programs may set each other's running lines up anew, as the manual has it
-RECEIVE = 1024  # frames and events that the library holds until its service has looked at them
-TRANSMIT = 256  # frames that wait in this program before the line takes them into its one queue
+KIN = "ACAN"  # ACAN programs may configure a line again that another ACAN program runs, as in the manual
+RECEIVE = 1024  # frames and events that wait in this program for the service thread
+TRANSMIT = 256  # frames that wait in this program before they enter the queue of the line
 CHANNEL = ChannelMode(
     RECEIVE,
     TRANSMIT,
@@ -47,11 +47,11 @@ _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filte
 _RECORD = struct.Struct("<QII")  # time, identifier, info
 _LOST, _REMOTE, _EXTENDED = 1 << 20, 1 << 22, 1 << 23  # CANMSGINFO's bits
 _DATA_AT = 16
-_TIMING = ("BTR0", "BTR1")  # these the line works out from the timing
+_TIMING = ("BTR0", "BTR1")  # the line computes these from the timing
 
 
 class Arrival(NamedTuple):
-    """A frame or an event; something before it found this program's queue full where `lost_before`."""
+    """A frame or an event; `lost_before` is True if others before it were lost in this program's full queue."""
 
     what: Frame | BusEvent
     lost_before: bool
@@ -60,8 +60,8 @@ class Arrival(NamedTuple):
 class AcanLine:
     """One line of an SJA1000, and this program's channel on it.
 
-    The lease that configures it is held for the length of one call; each raises InUse while somebody else,
-    another dialect perhaps, holds it; programs of this one are done with it in a moment.
+    A call that configures, starts or stops the line holds its control for the length of that call. It raises InUse
+    while another program holds the control: an ACAN program does so only for a moment, others may keep it.
     """
 
     def __init__(self, hub: Hub, board: BoardInfo, number: int) -> None:
@@ -91,13 +91,13 @@ class AcanLine:
         return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def registers(self) -> dict[str, int]:
-        """The controller's registers by name, as far as it shows them now."""
+        """The registers that the controller shows at present, by name."""
         return {view.name: view.value for view in self.hub.registers(self.board.id, self.number)}
 
     def configure(self, config: HardConfig) -> None:
-        """Set the line up; it is off the bus then, and stays set up without us.
+        """Configure the line; it is off the bus afterwards, and keeps its configuration when this program ends.
 
-        Raises InUse where it runs at another rate for programs of another kind.
+        Raises InUse if it runs at another rate for programs of another dialect.
         """
         registers = dict(config.registers())
         mode = LineMode(
@@ -114,12 +114,12 @@ class AcanLine:
             control.initialise(mode)
 
     def start(self) -> None:
-        """Join the bus with counters at 0 and nothing queued."""
+        """Join the bus with error counters at 0 and empty queues."""
         with self._control() as control:
             control.start(abort_pending=True)
 
     def recover(self) -> None:
-        """The same after bus-off, whoever has the line's control."""
+        """Join the bus again after bus-off, also while another program holds the control of the line."""
         self.hub.recover(self.board.id, self.number, abort_pending=True)
 
     def stop(self) -> None:
@@ -129,16 +129,16 @@ class AcanLine:
     # the channel
 
     def assign(self, event: Event) -> None:
-        """Signal this event when something has come, or nothing more will."""
+        """Signal this event when something has arrived, or when nothing more can arrive."""
         self._channel.reading.assign(event)
 
     def receive(self) -> Arrival | None:
-        """What came first, None if nothing waits; raises HubLost, Unplugged."""
+        """The oldest frame or event, None if nothing waits; raises HubLost, Unplugged."""
         record = self._channel.receive_record(0)
         return None if record is None else _arrival(record)
 
     def send(self, frame: Frame, flags: int, priority: int) -> None:
-        """Queue a frame; raises QueueFull, which says what keeps a real adapter off its bus."""
+        """Queue a frame; raises QueueFull, which names the obstacle if a real adapter cannot send."""
         try:
             self._channel.send(frame, flags, 0, priority)
         except QueueFull as full:
@@ -152,7 +152,7 @@ class AcanLine:
 
     @contextmanager
     def hold(self) -> Iterator[None]:
-        """Meanwhile nobody else sets the line up, starts or stops it."""
+        """While entered, no other program configures, starts or stops the line."""
         with self._open_control() as control:
             self._held = control
             try:
@@ -169,7 +169,7 @@ class AcanLine:
 
 
 def _arrival(record: bytes) -> Arrival:
-    """One record of 80 bytes, laid out like VCI's CANMSG2."""
+    """Decodes one record of 80 bytes with the layout of VCI's CANMSG2."""
     time_ns, identifier, info = _RECORD.unpack_from(record)
     if info & 0xFF:
         return Arrival(BusEvent.from_record(record), False)

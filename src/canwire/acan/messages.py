@@ -1,4 +1,4 @@
-"""ACAN's messages and canwire's frames. Source: INduCAN104 manual, "ACAN messages"."""
+"""Conversion between ACAN's messages and canwire's frames. Source: INduCAN104 manual, "ACAN messages"."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ _LONGEST = 8
 
 
 def message_of(frame: Frame) -> ACANMB:
-    """A received frame. A remote frame's length is what it asks for; classic length codes over 8 are 8."""
+    """The ACANMB of a received frame. A remote frame has the requested length; length codes above 8 become 8."""
     format = (Format.EXTENDED if frame.extended else 0) | (Format.RTR if frame.remote else 0)
     length = min(frame.dlc, _LONGEST)
     return ACANMB(acan_word(frame.id, frame.extended), int(format), length, frame.data)
 
 
 def frame_of(message: ACANMB) -> Frame:
-    """A frame to send. Bits that mean nothing in its format are passed over; raises BadValue for over 8 bytes."""
+    """The frame to send for an ACANMB. Identifier bits without a meaning are ignored; BadValue above 8 bytes."""
     extended = bool(message.bFormat & Format.EXTENDED)
     if message.bLength > _LONGEST:
         raise BadValue(f"bLength {message.bLength}: a message has 0 to {_LONGEST} bytes")

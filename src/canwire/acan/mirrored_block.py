@@ -1,4 +1,4 @@
-"""A task block that shows its state in an application's ACANTB, as the drivers did.
+"""A task block that writes its state into an application's ACANTB, as the drivers did.
 
 Source: INduCAN104 manual, "Task block", "Notification".
 """
@@ -17,10 +17,10 @@ from canwire.acan.task_block import TaskBlock
 
 
 class MirroredBlock(TaskBlock):
-    """What stands in `fields` (ACANTB) as its application filled it in; raises BadValue naming the field.
+    """The task block for `fields`, an ACANTB that its application filled in; raises BadValue with the field's name.
 
-    wStatus, bREC, bTEC, bALC, bECC, wRMBOccupation, wRIndex and wWIndex are kept up to date there, and messages
-    stand in lpRMB, each at wWIndex when it came.
+    It keeps wStatus, bREC, bTEC, bALC, bECC, wRMBOccupation, wRIndex and wWIndex of `fields` up to date, and writes
+    each message into lpRMB at wWIndex.
     """
 
     def __init__(self, fields: ACANTB) -> None:
@@ -52,7 +52,7 @@ class MirroredBlock(TaskBlock):
             shown.on_change()
 
     def retrieve_into(self, buffer: Any, count: int) -> int:
-        """Move up to `count` messages to lpBuf; returns how many. Raises BadValue if they would not fit there."""
+        """Move up to `count` messages to `buffer` (lpBuf); returns how many. Raises BadValue if it is too small."""
         if buffer is None:
             raise BadValue("lpBuf is NULL")
         _check_room("lpBuf", buffer, count)
@@ -63,7 +63,7 @@ class MirroredBlock(TaskBlock):
 
 
 def put_message(memory: Any, place: int, message: ACANMB) -> None:
-    """Into a list, at that index, or packed into bytes, at that message's place. A shorter list grows."""
+    """Write the message number `place` of a list, or of a buffer of packed messages. A list that is too short grows."""
     if isinstance(memory, list):
         if place >= len(memory):
             memory.extend(ACANMB() for _ in range(place + 1 - len(memory)))
@@ -82,7 +82,7 @@ def _check_room(name: str, memory: Any, count: int) -> None:
         raise BadValue(f"{name} {memory!r:.40}: a list, or a buffer: {error}") from None
     if view.readonly or not view.c_contiguous or view.nbytes < count * ACANMBSZ:
         raise BadValue(
-            f"{name}: {view.nbytes} bytes, but {count} messages take {count * ACANMBSZ} writable ones"
+            f"{name}: {view.nbytes} bytes, but {count} messages need {count * ACANMBSZ} writable bytes"
         )
 
 
@@ -98,7 +98,7 @@ def _filter(one: ACANID) -> Filter:
 
 
 def _notifier(fields: ACANTB) -> Callable[[TaskBlock], object]:
-    """How this application is told, by its bNotType; raises BadValue for one that could not be."""
+    """The function that notifies this application, by its bNotType; raises BadValue if a field for it is unsuitable."""
     if fields.bNotType == Notification.EVENT:
         return _event(fields)
     if fields.bNotType == Notification.CALLBACK:
@@ -112,7 +112,7 @@ def _notifier(fields: ACANTB) -> Callable[[TaskBlock], object]:
 
 
 def _event(fields: ACANTB) -> Callable[[TaskBlock], object]:
-    """hEvent is set and cbNotification called with the block, whichever there is; without either hEvent is made."""
+    """Sets hEvent and calls cbNotification with the block, if they are given; makes an hEvent if neither is."""
     if fields.hEvent is None and fields.cbNotification is None:
         fields.hEvent = Event()
     event, call = fields.hEvent, fields.cbNotification
@@ -131,7 +131,7 @@ def _event(fields: ACANTB) -> Callable[[TaskBlock], object]:
 
 
 def _post_message(fields: ACANTB) -> Callable[[TaskBlock], object]:
-    """cbNotification is PostMessage; left out, hwnd is a queue that its four arguments are put into."""
+    """Calls cbNotification, which is PostMessage; without it, puts its four arguments into hwnd, a queue."""
     call, window = fields.cbNotification, fields.hwnd
     if callable(call):
         return lambda _: call(window, fields.nMsg, fields.wStatus, fields.dwRefData)

@@ -1,4 +1,4 @@
-"""What a program in the real mode of an 8086 sees: a megabyte of memory, far pointers, registers."""
+"""The machine of a program in the real mode of an 8086: a megabyte of memory, far pointers, registers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ _POINTER = struct.Struct("<HH")
 
 
 class FarPointer(NamedTuple):
-    """segment:offset; both 0 is NULL. The same byte has many of them."""
+    """segment:offset; both 0 is NULL. Different far pointers can point to the same byte."""
 
     segment: int
     offset: int
 
     @classmethod
     def of(cls, double_word: int) -> Self:
-        """As a pointer lies in memory: the offset in the low word."""
+        """The far pointer in a double word: the offset is the low word."""
         return cls(double_word >> 16, double_word & 0xFFFF)
 
     @property
     def linear(self) -> int:
-        """The byte it points to; past the megabyte it starts anew."""
+        """The address of the byte it points to; after the megabyte addresses begin at 0 again."""
         return (self.segment * 16 + self.offset) % MEGABYTE
 
     def __bool__(self) -> bool:
@@ -39,13 +39,13 @@ class FarPointer(NamedTuple):
 
 
 class ByteMemory:
-    """A megabyte, zeros at first. Nothing reaches over its end: that raises BadValue."""
+    """A megabyte of memory, zeros at first. An access beyond its end raises BadValue."""
 
     def __init__(self) -> None:
         self._bytes = bytearray(MEGABYTE)
 
     def view(self, at: FarPointer, size: int) -> memoryview:
-        """The bytes themselves, to read and to write."""
+        """A writable view of `size` bytes from `at`."""
         first = at.linear
         if first + size > MEGABYTE:
             raise BadValue(f"{size} bytes at {at} reach over the end of the memory")
@@ -58,7 +58,7 @@ class ByteMemory:
         self.view(at, len(data))[:] = data
 
     def read_pointer(self, at: FarPointer) -> FarPointer:
-        """The far pointer that lies there."""
+        """The far pointer in memory at `at`."""
         offset, segment = _POINTER.unpack(self.view(at, _POINTER.size))
         return FarPointer(segment, offset)
 
@@ -83,7 +83,7 @@ class _Half:
 
 @dataclass(slots=True)
 class Registers:
-    """Words, and the bytes of the first four. A value that does not fit raises BadValue."""
+    """The word registers, and the bytes of AX to DX. A value that does not fit raises BadValue."""
 
     AX: int = 0
     BX: int = 0
@@ -109,10 +109,10 @@ class Registers:
         object.__setattr__(self, name, value)
 
     def pointer(self, segment: str, offset: str) -> FarPointer:
-        """The far pointer in two registers, by their names: ("ES", "BX")."""
+        """The far pointer in the two registers with these names, for example "ES" and "BX"."""
         return FarPointer(getattr(self, segment), getattr(self, offset))
 
     def point(self, segment: str, offset: str, to: FarPointer) -> None:
-        """Put a far pointer into two registers."""
+        """Write a far pointer into the two registers with these names."""
         setattr(self, segment, to.segment)
         setattr(self, offset, to.offset)

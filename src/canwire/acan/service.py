@@ -1,6 +1,6 @@
-"""The service thread: it takes in what the bus brings, and wakes whoever waits for it.
+"""The service thread: it handles what arrives from the bus, and wakes the threads that wait for it.
 
-On a hub in virtual time there is none: whoever waits does its work, and time passes meanwhile.
+On a hub in virtual time no such thread runs: the thread that waits does its work, and time passes while it waits.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # a lin
 
 
 class Service:
-    """Runs `work` whenever `event` is signalled, until that returns False: it has to after `stop`.
+    """Runs `work` each time `event` is signalled, until `work` returns False, which it must do after `stop`.
 
-    Whoever changes what others wait for holds `lock`; `wait` gives it up while it waits.
+    A thread that changes what others wait for holds `lock`; `wait` releases the lock while it waits.
     """
 
     def __init__(self, hub: Hub, name: str, work: Callable[[], bool]) -> None:
@@ -38,7 +38,7 @@ class Service:
 
     @property
     def here(self) -> bool:
-        """Nobody but whoever waits does the work."""
+        """Whether the thread that waits does the work itself, as on a hub in virtual time."""
         return self._thread is None
 
     def start(self) -> None:
@@ -46,19 +46,19 @@ class Service:
             self._thread.start()
 
     def changed(self) -> None:
-        """Have those who wait look again."""
+        """Have each waiting thread check its condition again."""
         with self.lock:
             self._changed.notify_all()
 
     def wait(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Until ready(), which may raise, or until `timeout` seconds of the hub's time are over (None: never)."""
+        """Wait for ready(), which may raise, for `timeout` seconds of the hub's time (None: without limit)."""
         if self._thread is None:
             return self._wait_here(ready, timeout)
         with self.lock:
             return self._changed.wait_for(ready, timeout)
 
     def stop(self) -> None:
-        """Let the thread come to its end; a second time does nothing. What calls this from the thread goes on."""
+        """End the thread and wait for its end; called on that thread, it does not wait. A second call does nothing."""
         if not self._over:
             self._over = True
             self.event.set()
@@ -68,7 +68,7 @@ class Service:
             self.changed()
 
     def close(self) -> None:
-        """After `stop`, once the event is assigned to nothing."""
+        """Close the event; call it after `stop`, when the event is assigned to no channel."""
         if self._thread is not threading.current_thread():  # else it does that itself
             self.event.close()
 
@@ -91,7 +91,7 @@ class Service:
 
 
 def patiently(hub: Hub, call: Callable[[], object]) -> None:
-    """Programs configure a line one after the other: InUse counts once it has lasted for a while."""
+    """Run `call`, and again while it raises InUse, since programs configure a line one after the other."""
     for pause_s in _PAUSES_S:
         try:
             call()
@@ -102,7 +102,7 @@ def patiently(hub: Hub, call: Callable[[], object]) -> None:
 
 
 def notify(block: TaskBlock) -> None:
-    """An application's own code: what it raises is reported like a thread's end, and the service goes on."""
+    """Notify an application. threading.excepthook reports what its code raises, and the service continues."""
     try:
         block.notify()
     except Exception:

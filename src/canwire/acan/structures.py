@@ -1,10 +1,10 @@
-"""ACAN.H's structures under their own names, as they lie in the memory of 16-bit real mode.
+"""The structures of ACAN.H, with their names and with the memory layout of 16-bit real mode.
 
     message = ACANMB(dwID=0x123 << 18, bLength=2, bData=b"\\x11\\x22")
     ACANMB.unpack(message.pack()) == message
 
-Packed and little-endian; a pointer is a far pointer, its offset in the low word. In Python a pointer field holds
-the thing itself (a buffer, a callable) or None; `pack()` needs numbers there, `unpack()` gives them.
+They are packed and little-endian; a pointer is a far pointer with its offset in the low word. In Python a pointer field
+holds the object itself (a buffer, a callable) or None; `pack()` needs a number in it, and `unpack()` returns one.
 Source: INduCAN104 manual, "Data structures".
 """
 
@@ -35,12 +35,12 @@ from canwire.packed.record import Record, record
 
 
 class Structure(Record):
-    """What all of them can. A field takes only what fits it: assigning anything else raises BadValue."""
+    """The base of all structures. Assigning a value that does not fit a field raises BadValue."""
 
     __slots__ = ()
 
     def assign(self, other: Self) -> None:
-        """Take over every field of another one, as C's `*this = *other` does."""
+        """Copy all fields of another structure, as C's `*this = *other` does."""
         for field in dataclasses.fields(other):  # type: ignore[arg-type]
             setattr(self, field.name, getattr(other, field.name))
 
@@ -49,8 +49,8 @@ class Structure(Record):
 class ACANHI(Structure):
     """Hardware configuration: machine and broadcast filters, clock (kHz), rate (kbit/s), bit timing (quanta).
 
-    In the masks a 1 is significant; `hi_ts1` counts the bit's first quantum (SYNC) too. What fits a field need not
-    make a bit timing: see HardConfig.
+    A 1 in a mask means that the bit is compared. `hi_ts1` includes the bit's first quantum (SYNC). Values that fit
+    their fields can still give no valid bit timing: HardConfig checks that.
     """
 
     hi_miv: DWORD = 0
@@ -76,7 +76,7 @@ class ACANHI(Structure):
 
     @property
     def hi_ien(self) -> int:
-        """Interrupt Enable Register: hi_hsb[1]; 0 stands for the default, 0xAD."""
+        """Interrupt Enable Register: hi_hsb[1]; 0 means the default, 0xAD."""
         return self.hi_hsb[1]
 
     @hi_ien.setter
@@ -93,9 +93,9 @@ def _byte(name: str, value: int) -> int:
 
 @record()
 class ACANMB(Structure):
-    """A message. `dwID` has the identifier's first bit in bit 28, whatever its format: see identifiers.py.
+    """A message. `dwID` has the identifier's first bit in bit 28, in both formats: see identifiers.py.
 
-    `bFormat` Format flags; `bLength` 0..8 of the eight bytes `bData`.
+    `bFormat` holds Format flags; the message has the first `bLength` (0..8) bytes of `bData`.
     """
 
     dwID: DWORD = 0
@@ -106,7 +106,7 @@ class ACANMB(Structure):
 
 @record()
 class ACANID(Structure):
-    """A filter: a message passes if `dwID & dwAnd ^ dwXor` is 0. `bAction` Action flags say what happens then.
+    """A filter: a message passes if `dwID & dwAnd ^ dwXor` is 0. The Action flags in `bAction` say what happens then.
 
     A channel moves up to `bLength` (0..8) bytes into or out of `lpAddress`, any writable buffer.
     """
@@ -125,13 +125,13 @@ class ACANID(Structure):
 
 @record(eq=False)
 class ACANTB(Structure):
-    """A Task Block: what an application wants to hear of, where to put it, how to tell.
+    """A Task Block: what an application wants to receive, where the driver stores it, and how it notifies.
 
-    As in C a Task Block is its place: two are never equal. `lpBuf` takes retrieved messages: a writable buffer of
-    `wCount * ACANMBSZ` bytes, or a list. `bNId` counts the filters of `idTable`; left at 0 it is as many as there
-    are. The three ways to say whom to tell are `wTid` and `wEvent` (MS-DOS), `hwnd` and `nMsg` (a queue and what is
-    put into it), `hEvent` (any event); in memory there are only MS-DOS's. `on_change` is called, on any thread,
-    when the driver has changed what it keeps up to date.
+    As in C a Task Block is identified by its address: two are never equal. `lpBuf` gets retrieved messages: it is a
+    writable buffer of `wCount * ACANMBSZ` bytes, or a list. `bNId` is the number of filters in `idTable`; 0 means all.
+    An application is notified through `wTid` and `wEvent` (MS-DOS), through `hwnd` and `nMsg` (a queue and what is
+    put into it), or through `hEvent` (any event); only MS-DOS's two fields are in memory. `on_change` is called, on
+    any thread, when the driver has changed a field.
     """
 
     dwReserved0: DWORD = 0
@@ -172,7 +172,7 @@ class ACANTB(Structure):
     def pack(self) -> bytes:
         """The Task Block in memory: `ACANTBSZ` bytes, then `bNId` filters of `ACANIDSZ` bytes.
 
-        Raises BadValue for a pointer to a Python object, or if `idTable` has fewer filters than that.
+        Raises BadValue for a pointer to a Python object, or if `idTable` has fewer than `bNId` filters.
         """
         if len(self.idTable) < self.bNId:
             raise BadValue(f"ACANTB.bNId is {self.bNId}: idTable has {len(self.idTable)} filters")
@@ -180,19 +180,19 @@ class ACANTB(Structure):
 
     @classmethod
     def unpack(cls, data: bytes | bytearray | memoryview) -> Self:
-        """The Task Block in exactly as many bytes as it has with its filters; raises BadValue otherwise."""
+        """The Task Block in `data`; raises BadValue unless `data` has exactly its size, with all its filters."""
         made = cls.unpack_head(data[: cls.SIZE])
         count = made.bNId
         table = bytes(data[cls.SIZE :])
         if len(table) != count * ACANIDSZ:
-            raise BadValue(f"ACANTB with {count} filters takes {cls.SIZE + count * ACANIDSZ} bytes")
+            raise BadValue(f"ACANTB with {count} filters needs {cls.SIZE + count * ACANIDSZ} bytes")
         made.idTable = [ACANID.unpack(table[at : at + ACANIDSZ]) for at in range(0, len(table), ACANIDSZ)]
         return made
 
     @classmethod
     def unpack_head(cls, data: bytes | bytearray | memoryview) -> Self:
-        """Without its filters: exactly `ACANTBSZ` bytes."""
-        return super(ACANTB, cls).unpack(data)  # noqa: UP008 - record() makes the class anew, with slots
+        """The Task Block without its filters, from exactly `ACANTBSZ` bytes."""
+        return super(ACANTB, cls).unpack(data)  # noqa: UP008 - record() makes the class again, with slots
 
 
 ACANHISZ = ACANHI.SIZE

@@ -1,6 +1,6 @@
-"""Task blocks: which frames and conditions an application wants to hear of, and what has come of them.
+"""Task blocks: the frames and conditions that an application wants to receive, and those that have arrived.
 
-Nothing here starts threads or asks a hub: a driver offers frames and conditions, an application takes them.
+This module starts no thread and uses no hub: a driver offers frames and conditions, an application retrieves them.
 Source: INduCAN104 manual, "Message filters", "Task block", "Notification".
 """
 
@@ -27,7 +27,7 @@ Notifier = Callable[["TaskBlock"], object]
 
 
 class Status(int):
-    """wStatus: what has happened since it was acknowledged last; 0: nothing."""
+    """wStatus: what has happened since the last acknowledgement; 0 means nothing."""
 
     @property
     def flags(self) -> BlockStatus:
@@ -42,7 +42,7 @@ class Status(int):
 
 
 class Occurrence(NamedTuple):
-    """Something special on the bus, with the newest counters; `alc` and `ecc` None where they mean nothing."""
+    """Special conditions of the bus, with the newest error counters; `alc` and `ecc` are None if they do not apply."""
 
     conditions: int
     tec: int
@@ -52,14 +52,14 @@ class Occurrence(NamedTuple):
 
 
 class Keeper(Protocol):
-    """What a block asks of the driver that it is registered with."""
+    """What a block needs from the driver that it is registered with."""
 
     @property
     def lock(self) -> AbstractContextManager[object]:
-        """Held by whoever changes a block."""
+        """The lock that a thread holds while it changes a block."""
 
     def wait(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Until ready() or `timeout` seconds are over (None: for ever); raises once nothing more can come."""
+        """Wait for ready(), `timeout` seconds at most (None: without limit); raises once nothing more can arrive."""
 
     def deregister(self, block: TaskBlock) -> None: ...
 
@@ -67,12 +67,12 @@ class Keeper(Protocol):
 class TaskBlock:
     """Filters, a FIFO of `size` frames (0..65535, wRMBSize) and one notification at a time.
 
-    A frame that several filters let through stands in the FIFO once. One that finds it full is dropped, sets
-    TBS_OVERFLOW and counts as `lost`. `conditions` (bSCFilter) are the special conditions that matter.
+    A frame that passes several filters is in the FIFO once. If the FIFO is full, a frame is discarded, sets
+    TBS_OVERFLOW and counts in `lost`. `conditions` (bSCFilter) are the special conditions that are reported.
 
-    `notify` is told once, and then not again until `acknowledge`: a callable gets the block, on the driver's
-    thread; an event has its `set` called; a queue has the block `put` into it.
-    Raises BadValue, naming the field here and in the manual.
+    `notify` is used once, and then not again before `acknowledge`: a callable is called with the block, on the
+    driver's thread; for an event `set()` is called; into a queue the block is `put`.
+    Raises BadValue with the field's name here and in the manual.
     """
 
     def __init__(
@@ -102,16 +102,16 @@ class TaskBlock:
 
     @property
     def status(self) -> Status:
-        """As `acknowledge` would return it; takes nothing."""
+        """The status that `acknowledge` would return; reading it changes nothing."""
         return Status(self._status)
 
     @property
     def occupation(self) -> int:
-        """Frames that wait in the FIFO."""
+        """The number of frames in the FIFO."""
         return len(self._fifo)
 
     def acknowledge(self) -> Status:
-        """What has happened since the last time; from now on the next event is notified again."""
+        """Return what has happened since the last call; the application is notified of the next event again."""
         with self._lock:
             status, self._status = self._status, 0
             self._notified = self._due = False
@@ -119,7 +119,7 @@ class TaskBlock:
         return Status(status)
 
     def retrieve(self, limit: int | None = None) -> list[Frame]:
-        """The oldest frames in the order of their arrival, at most `limit`; they leave the FIFO."""
+        """Remove the oldest frames from the FIFO and return them, at most `limit` (None: all), the oldest first."""
         with self._lock:
             count = len(self._fifo) if limit is None else max(0, min(limit, len(self._fifo)))
             frames = [self._fifo.popleft() for _ in range(count)]
@@ -127,14 +127,15 @@ class TaskBlock:
         return frames
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Until there is something to acknowledge or to retrieve, at most `timeout` seconds (None: for ever).
+        """Wait for something to acknowledge or to retrieve, `timeout` seconds at most (None: without limit).
 
-        Raises WrongState if the block is not registered by then, HubLost or Unplugged if no more can come.
+        Returns whether it arrived. Raises WrongState if the block is not registered or is deregistered meanwhile,
+        HubLost or Unplugged if nothing more can arrive.
         """
         return self._keep().wait(self._outstanding, timeout)
 
     def __iter__(self) -> Iterator[Frame]:
-        """Frames as they come, for ever: it ends once the block is deregistered and empty."""
+        """Yields frames as they arrive; it ends once the block is deregistered and its FIFO empty."""
         while True:
             found = self.retrieve(1)
             if found:
@@ -157,10 +158,10 @@ class TaskBlock:
         state = "registered" if self.registered else "not registered"
         return f"<task block, {len(self.filters)} filters, {self.occupation} of {self.size} frames, {state}>"
 
-    # for drivers, who hold the keeper's lock
+    # for drivers, which hold the keeper's lock
 
     def attach(self, keeper: Keeper) -> None:
-        """Registered from now on, as good as new; raises WrongState if it is registered already, BadValue."""
+        """Register with a driver, with an empty FIFO and status 0; raises BadValue, or WrongState if registered."""
         if self._keeper is not None:
             raise WrongState("the task block is registered already; deregister it first")
         for one in self.filters:
@@ -170,11 +171,11 @@ class TaskBlock:
         self.changed()
 
     def detach(self) -> None:
-        """Registered no more; frames that wait can still be retrieved."""
+        """Deregister; the frames in the FIFO can still be retrieved."""
         self._keeper, self._lock = None, nullcontext()
 
     def offer(self, frame: Frame, word: int) -> list[Frame]:
-        """A frame from the bus, `word` its ACAN identifier; returns what channels answer to it."""
+        """Handle a frame from the bus, with `word` as its ACAN identifier; returns the answers of channels."""
         actions, replies = 0, []
         for and_mask, xor_value, wanted, channel in self._table:
             if (word & and_mask) ^ xor_value == 0:
@@ -194,7 +195,7 @@ class TaskBlock:
         return any(one.actions & Action.CHANSND and one.matches(word) for one in self.filters)
 
     def occurred(self, what: Occurrence) -> None:
-        """Special conditions; counters are kept even of those that the block did not ask for."""
+        """Handle special conditions; the error counters are stored for all conditions, selected or not."""
         self.tec, self.rec = min(what.tec, BYTE), min(what.rec, BYTE)
         if what.alc is not None:
             self.alc = what.alc & BYTE
@@ -207,18 +208,18 @@ class TaskBlock:
         self.changed()
 
     def take_notification(self) -> bool:
-        """Whether `notify` is due now; it is not again until somebody has acknowledged."""
+        """Whether `notify` is due now; then it is not due again before `acknowledge`."""
         if not self._due or self._notified:
             return False
         self._notified, self._due = True, False
         return True
 
     def notify(self) -> None:
-        """Tell the application; without the lock."""
+        """Notify the application; called without the lock."""
         if self._notify is not None:
             self._notify(self)
 
-    # for those who show the block elsewhere, too; called with the lock held
+    # for subclasses that show the block in another place, too; called with the lock held
 
     def stored(self, frame: Frame) -> None:
         """A frame went into the FIFO."""
@@ -264,7 +265,7 @@ def _within(name: str, value: int, largest: int) -> int:
 
 
 def _table(filters: tuple[Filter, ...], size: int) -> list[tuple[int, int, int, Filter | None]]:
-    """What `offer` asks of every frame, in plain numbers."""
+    """What `offer` compares for each frame, as plain numbers: mask, value, actions, and a channel's filter."""
     if len(filters) > BYTE:
         raise BadValue(f"filters (bNId) {len(filters)}: a task block has at most {BYTE}")
     if not size and any(one.actions & Action.QUEUE for one in filters):

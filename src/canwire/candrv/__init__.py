@@ -1,4 +1,4 @@
-"""CANDRV: the interface of F&S's CAN driver for Windows CE, on canwire's boards.
+"""CANDRV: the programming interface of F&S's CAN driver for Windows CE, on canwire's boards.
 
     with candrv.open("CID1:") as handle:
         handle.accept_all()
@@ -6,7 +6,7 @@
         for event in handle:
             print(event)
 
-`candrv.win32` has the manual's own functions over the same handles.
+`candrv.win32` contains the functions of the manual, which use the same handles.
 
 Source: CANDRV manual V2.06 (CANDRV manual).
 """
@@ -63,10 +63,11 @@ if TYPE_CHECKING:
 def open(
     name: str = "CID1:", *, read: bool = True, write: bool = True, hub: Hub | None = None, share: int = 3
 ) -> Handle:
-    """A handle on a device, with a receive channel (`read`), a send channel (`write`), both or neither.
+    """Open a device; the handle has a receive channel (`read`), a send channel (`write`), both or neither.
 
-    `share`: what others may do meanwhile, 1 read, 2 write. Without `hub` the one of `canwire.connect()`, which this
-    program keeps. Raises CandrvError: ERROR_FILE_NOT_FOUND, ERROR_SHARING_VIOLATION, ERROR_NO_SYSTEM_RESOURCES.
+    `share` says what other handles may do meanwhile: 1 read, 2 write, 3 both. Without `hub` it uses the hub of
+    `canwire.connect()`, to which this program then stays connected.
+    Raises CandrvError: ERROR_FILE_NOT_FOUND, ERROR_SHARING_VIOLATION, ERROR_NO_SYSTEM_RESOURCES.
     """
     with translated():
         device = Device(program_hub() if hub is None else hub, name)

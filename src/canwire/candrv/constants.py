@@ -1,4 +1,4 @@
-"""canbusio.h's constants, and Win32's that programs on CANDRV use: enumerations, and under their own names the members.
+"""The constants of canbusio.h, and those of Win32 that CANDRV programs use: enumerations, and their members by name.
 
 Source: CANDRV manual, appendix A and chapter 8; rulings.md 16 (CTL_CODE) and 20 (error codes).
 """
@@ -9,11 +9,11 @@ from enum import IntEnum, IntFlag
 
 
 class CanbusEvent(IntFlag):
-    """enum t_canbus_events: what an event is, and a bit of the event mask."""
+    """enum t_canbus_events: the type of an event, which is also its bit in the event mask."""
 
     RECEIVED = 0x001
     TRANSMITTED = 0x002
-    BUS_ERROR = 0x004  # the controller went offline
+    BUS_ERROR = 0x004  # the controller went bus-off
     WARNING = 0x008
     LEAVING_STANDBY = 0x010
     ARBITRATION_LOST = 0x020
@@ -25,7 +25,7 @@ class CanbusEvent(IntFlag):
 
 
 class Command(IntEnum):
-    """enum t_canbus_commands: what IOCTL_CAN_SET_COMMAND takes."""
+    """enum t_canbus_commands: the commands of IOCTL_CAN_SET_COMMAND."""
 
     ENTER_STANDBY = 1
     ABORT_TRANSMISSION = 2
@@ -39,14 +39,14 @@ class Command(IntEnum):
 
 
 class CanMode(IntEnum):
-    """CANBUS_FORMAT_: which frames there are."""
+    """CANBUS_FORMAT_: the kinds of frames that the controller receives and sends."""
 
     CAN_2_0_A = 0  # standard frames only
     CAN_2_0_B = 1  # standard and extended frames
 
 
 class FrameFormat(IntEnum):
-    """CANBUS_TRANS_FMT_: what a message is sent as."""
+    """CANBUS_TRANS_FMT_: the format in which a message is sent."""
 
     DEFAULT = 0  # standard in CAN2.0A, extended in CAN2.0B
     STD = 1
@@ -58,8 +58,8 @@ class ChipsetFlags(IntFlag):
 
     CAN_2_0_A = 1 << 0
     CAN_2_0_B = 1 << 1
-    EXT_FRAME = 1 << 2  # only in CAN2.0B
-    POLLING = 1 << 3  # default: interrupts
+    EXT_FRAME = 1 << 2  # set only in CAN2.0B
+    POLLING = 1 << 3  # not set: the driver uses interrupts
 
 
 METHOD_BUFFERED = 0
@@ -80,7 +80,7 @@ def CTL_CODE(device: int, function: int, method: int, access: int) -> int:  # no
 
 
 class ControlCode(IntEnum):
-    """IOCTL_CAN_: what DeviceIoControl does; `access` is the access that Win32 asks for before it calls the driver."""
+    """IOCTL_CAN_: the codes of DeviceIoControl; `access` is the access that Win32 checks before it calls the driver."""
 
     WRITE_ACCEPTANCE_FILTER = CTL_CODE(CAN_DEV, 0x801, CAN_BUFF, CAN_WRITE)
     READ_ACCEPTANCE_FILTER = CTL_CODE(CAN_DEV, 0x802, CAN_BUFF, CAN_READ)
@@ -109,7 +109,7 @@ class ControlCode(IntEnum):
 
 
 class Win32Error(IntEnum):
-    """What GetLastError says. Source: winerror.h."""
+    """The codes that GetLastError returns. Source: winerror.h."""
 
     ERROR_SUCCESS = 0
     ERROR_FILE_NOT_FOUND = 2
@@ -188,7 +188,7 @@ CANBUS_CMD_LISTEN_ON = Command.LISTEN_ON
 CANBUS_CMD_LISTEN_OFF = Command.LISTEN_OFF
 CANBUS_CMD_VIRTUALIZE_ON = Command.VIRTUALIZE_ON
 CANBUS_CMD_VIRTUALIZE_OFF = Command.VIRTUALIZE_OFF
-CANBUS_CMD_LAST_ENTRY = 10  # no command: how many entries CAN_PROPERTIES.commands has
+CANBUS_CMD_LAST_ENTRY = 10  # no command, but the number of entries of CAN_PROPERTIES.commands
 
 IOCTL_CAN_WRITE_ACCEPTANCE_FILTER = ControlCode.WRITE_ACCEPTANCE_FILTER
 IOCTL_CAN_READ_ACCEPTANCE_FILTER = ControlCode.READ_ACCEPTANCE_FILTER

@@ -1,4 +1,4 @@
-"""CandrvError: a call that failed, with the Win32 code of GetLastError; and canwire's errors as such codes.
+"""CandrvError: a call that failed, with the Win32 code of GetLastError; and the table of canwire's errors to codes.
 
 Source: CANDRV manual, 7.8 and chapter 8; rulings.md 20; winerror.h for the texts.
 """
@@ -14,12 +14,12 @@ from canwire.candrv.constants import Win32Error
 TEXTS = {
     Win32Error.ERROR_SUCCESS: "the operation completed successfully",
     Win32Error.ERROR_FILE_NOT_FOUND: "there is no such device",
-    Win32Error.ERROR_ACCESS_DENIED: "the handle was not opened for that",
-    Win32Error.ERROR_INVALID_HANDLE: "the handle is closed, or never was one",
+    Win32Error.ERROR_ACCESS_DENIED: "the handle was not opened with the access that the call needs",
+    Win32Error.ERROR_INVALID_HANDLE: "the handle is closed or invalid",
     Win32Error.ERROR_INVALID_DATA: "the data is invalid",
     Win32Error.ERROR_NOT_READY: "the device is not ready",
     Win32Error.ERROR_GEN_FAILURE: "the device is not functioning",
-    Win32Error.ERROR_SHARING_VIOLATION: "somebody else has opened it without sharing it so",
+    Win32Error.ERROR_SHARING_VIOLATION: "another handle or program uses it and does not share it",
     Win32Error.ERROR_NOT_SUPPORTED: "the request is not supported",
     Win32Error.ERROR_DEV_NOT_EXIST: "the device is no longer available",
     Win32Error.ERROR_FILE_EXISTS: "the file exists",
@@ -33,10 +33,10 @@ TEXTS = {
     Win32Error.ERROR_NO_SYSTEM_RESOURCES: "all virtual channels are taken",
     Win32Error.ERROR_TIMEOUT: "the time ran out",
     Win32Error.ERROR_DEVICE_REMOVED: "the board was pulled out",
-    Win32Error.ERROR_INVALID_STATE: "not in this state",
+    Win32Error.ERROR_INVALID_STATE: "the call is not possible in this state",
 }
 
-# canwire's errors by name, the table at the border: what is not listed goes as what it is derived from
+# the code of each error of canwire, by its name; an error that is not listed has the code of its base class
 CODES = {
     "CanwireError": Win32Error.ERROR_GEN_FAILURE,
     "BadValue": Win32Error.ERROR_INVALID_PARAMETER,
@@ -73,7 +73,7 @@ CODES = {
 
 
 class CandrvError(CanwireError):
-    """A call that failed: `code` is Win32's, `what` says to whom and why."""
+    """A call that failed: `code` is the Win32 code, `what` names the object and the cause."""
 
     def __init__(self, code: int, what: str = "") -> None:
         text = format_error(code)
@@ -101,20 +101,20 @@ def _name(code: int) -> str:
 
 
 def win32_code(error: CanwireError) -> int:
-    """The code of an error of canwire; a CandrvError's own."""
+    """The Win32 code of an error of canwire, or of a CandrvError."""
     if isinstance(error, CandrvError):
         return error.code
     return next(CODES[base.__name__] for base in type(error).__mro__ if base.__name__ in CODES)
 
 
 def as_candrv(error: CanwireError) -> CandrvError:
-    """The same as a CandrvError, in the words it had."""
+    """The error as a CandrvError with the same text."""
     return error if isinstance(error, CandrvError) else CandrvError(win32_code(error), str(error))
 
 
 @contextmanager
 def translated(*, opened: bool = False) -> Iterator[None]:
-    """Errors of canwire leave as CandrvError; where a board was `opened`, one that is not there was pulled out."""
+    """A context that raises errors of canwire as CandrvError. `opened`: a missing board means that it was removed."""
     try:
         yield
     except CandrvError:

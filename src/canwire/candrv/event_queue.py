@@ -1,6 +1,6 @@
-"""The event queue of a receive channel: so many events, a mask of their types, and a count of those that were lost.
+"""The event queue of a receive channel: its capacity, a mask of event types, and the count of lost events.
 
-Nothing here waits or locks: the handle does. Source: CANDRV manual, 7.6, 7.7, 8.7, 8.9; rulings.md 15.
+This module neither waits nor locks: the handle does. Source: CANDRV manual, 7.6, 7.7, 8.7, 8.9; rulings.md 15.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ assert _LAYOUT.size == CAN_EVENT.SIZE
 
 
 class Event(NamedTuple):
-    """What happened. `event` is a CanbusEvent, `time` the 64-bit CAN time, `lost` counts the events lost before it.
+    """An event. `event` is a CanbusEvent, `time` the 64-bit CAN time, `lost` the number of events lost before it.
 
-    The rest says something only of messages received, transmitted and aborted: `fmt` FrameFormat.STD or EXT,
-    `identifier` aligned as the device's Align says, `data` the bytes there are (none in remote frames).
+    The other fields apply only to messages received, transmitted and aborted: `fmt` is FrameFormat.STD or EXT,
+    `identifier` is aligned by the device's entry Align, `data` holds the frame's bytes (none in remote frames).
     """
 
     event: int
@@ -36,7 +36,7 @@ class Event(NamedTuple):
 
     @property
     def type(self) -> CanbusEvent:
-        """`event` under its name."""
+        """`event` as a CanbusEvent."""
         return CanbusEvent(self.event)
 
     @property
@@ -45,12 +45,12 @@ class Event(NamedTuple):
         return bool(self.event & MESSAGE_EVENTS)
 
     def pack(self) -> bytes:
-        """CAN_EVENT in memory, as CAN_EVENT.pack() would make it, only faster."""
+        """The bytes of a CAN_EVENT, the same as those of CAN_EVENT.pack(), but faster."""
         event, time, lost, fmt, identifier, rtr, dlc, data = self
         return _LAYOUT.pack(event, time & DWORD, time >> 32, lost, fmt, identifier, rtr, dlc, data, 0)
 
     def to_structure(self) -> CAN_EVENT:
-        """The same as a structure with the manual's fields."""
+        """The event as a structure with the manual's fields."""
         data = CAN_TRANSMIT_DATA(self.fmt, self.identifier, self.rtr, self.dlc, self.data)
         return CAN_EVENT(self.event, CAN_TIME(self.time & DWORD, self.time >> 32), self.lost, data)
 
@@ -65,10 +65,10 @@ class Event(NamedTuple):
 
 
 class EventQueue:
-    """Up to `capacity` events of the types in `mask`; the oldest are read first.
+    """Up to `capacity` events of the types in `mask`; the oldest is read first.
 
-    An event whose type is not in the mask is no event: nothing counts it. One that finds the queue full is lost, and
-    so is one whose type the mask drops while it waits: the next event that stays, or is stored, says how many.
+    An event whose type is not in the mask is ignored and not counted. An event is lost if the queue is full, or if a
+    new mask excludes its type while it waits: the next event in the queue then contains the number of lost events.
     Raises BadValue for a capacity below 1.
     """
 
@@ -76,9 +76,9 @@ class EventQueue:
 
     def __init__(self, capacity: int, mask: int = EVERY_EVENT) -> None:
         if capacity < 1:
-            raise BadValue(f"event queue for {capacity} events: 1 or more")
+            raise BadValue(f"event queue for {capacity} events: it needs a capacity of 1 or more")
         self.capacity = capacity
-        self.overflowed = 0  # events that ever found it full
+        self.overflowed = 0  # events lost so far because the queue was full
         self._mask = int(mask)
         self._events: deque[Event] = deque()
         self._lost = 0  # since the newest event in the queue
@@ -88,7 +88,7 @@ class EventQueue:
 
     @property
     def mask(self) -> int:
-        """The event mask. Narrowing it deletes waiting events at once; nothing brings them back."""
+        """The event mask. A narrower mask deletes waiting events of other types immediately and for good."""
         return self._mask
 
     @mask.setter
@@ -101,7 +101,7 @@ class EventQueue:
             self._delete()
 
     def _delete(self) -> None:
-        """Worked example of 8.7: a deleted event counts for one, and hands its own count on."""
+        """Worked example of 8.7: the next event counts a deleted event as one, and adds that event's count."""
         kept: deque[Event] = deque()
         missing = 0
         for event in self._events:
@@ -115,11 +115,11 @@ class EventQueue:
 
     @property
     def lost(self) -> int:
-        """How many the next event stored will report."""
+        """The number of lost events that the next stored event will contain."""
         return self._lost
 
     def push(self, event: Event) -> bool:
-        """Store the event, with the count of those lost before it; False if the mask or a full queue kept it out."""
+        """Store the event with the count of those lost before it; False if its type is masked or the queue is full."""
         if not event[0] & self._mask:
             return False
         events = self._events
@@ -134,28 +134,28 @@ class EventQueue:
         return True
 
     def lose(self, count: int = 1) -> None:
-        """Count events that were lost on their way here."""
+        """Count events that were lost before they reached the queue."""
         self._lost += count
         self.overflowed += count
 
     def pop(self) -> Event | None:
-        """The oldest event, taken out; None if there is none."""
+        """Remove the oldest event and return it; None if the queue is empty."""
         return self._events.popleft() if self._events else None
 
     def peek(self) -> int:
-        """WaitCommEvent: the type of the oldest event, which stays; 0 if there is none."""
+        """The type of the oldest event, which stays in the queue (WaitCommEvent); 0 if the queue is empty."""
         return self._events[0][0] if self._events else 0
 
     def first(self) -> Event | None:
-        """The oldest event, which stays."""
+        """The oldest event, which stays in the queue; None if the queue is empty."""
         return self._events[0] if self._events else None
 
     def clear(self) -> None:
-        """Forget all events and counts, as a new receive channel does."""
+        """Delete all events and the count of lost ones, so that the queue is as in a new receive channel."""
         self._events.clear()
         self._lost = 0
 
 
 def _counted(lost: int) -> int:
-    """`lost` has 32 bits; it stays at the top."""
+    """The count limited to 32 bits."""
     return min(lost, DWORD)

@@ -1,4 +1,4 @@
-"""Alignment of identifiers and acceptance filters in 32-bit words, and what a filter accepts.
+"""The alignment of identifiers and acceptance filters in 32-bit words, and the frames that a filter accepts.
 
     Align   identifier       code and mask, 11 bits         identifier       code and mask, 29 bits
             of 11 bits                                      of 29 bits
@@ -7,14 +7,14 @@
     2       28..18           28..18 and data in 15..0       28..0            28..0
     3       31..21           31..21 and data in 15..0       31..3            31..3
 
-Bits 15..0 of the mask say which bits of the first two data bytes of a standard frame are compared (7.9). A filter in
-which neither code nor mask names a data bit does not look at data: the code has no 1 among them, and the mask makes no
-difference between them. So 8.11's first example takes any data in each of its three forms, and so does the registry's
-default; the last form, 0xFF1FFFF8, leaves bits 2..0 out, where no filter of 29 bits has anything either. Bytes that a
-frame does not have are not compared, as in the controllers.
+Bits 15..0 of the mask say which bits of the first two data bytes of a standard frame are compared (7.9). A filter
+ignores data if neither code nor mask selects a data bit, that is, if the code's data bits are all 0 and the mask's are
+all equal. So the first example of 8.11 accepts any data in each of its three forms, and the registry's default accepts
+any data. In the third form, 0xFF1FFFF8, bits 2..0 differ from the others; a filter of 29 bits has no meaning for them,
+so that mask counts as equal, too. As in the controllers, bytes that a frame does not have are not compared.
 
-The registry's defaults, code 0 and mask 0 with MaskActive 0, accept identifier 0 and nothing else, by the letter of
-table 5: a program that wants more says so, as CanRead does. `everything()` gives what it has to say.
+The registry's defaults, code 0 and mask 0 with MaskActive 0, accept only identifier 0, according to table 5. A program
+that wants to receive more must set a filter, as CanRead does; `everything()` returns the filter for all frames.
 Source: CANDRV manual, 6.3 (MaskActive, Align), 7.9, 8.11; rulings.md 19, 33 and 33a.
 """
 
@@ -31,38 +31,38 @@ if TYPE_CHECKING:
 STANDARD_BITS, EXTENDED_BITS = 0x7FF, 0x1FFF_FFFF
 ALL_BITS = 0xFFFF_FFFF
 DATA_BITS = 0xFFFF
-_UNIFORM = (0xFFFF, 0xFFF8)  # compared data bits of masks that were made without a thought of data
+_UNIFORM = (0xFFFF, 0xFFF8)  # compared data bits of masks that do not select single data bits
 ALIGNMENTS = (0, 1, 2, 3)
 
-# table 6 by Align: how far left identifiers lie, for 11 and for 29 bits; then codes and masks
+# table 6 by Align: the shift of identifiers to the left, for 11 and for 29 bits; then the shift of codes and masks
 ID_SHIFT = ((0, 0), (0, 0), (18, 0), (21, 3))
 FILTER_SHIFT = ((21, 3), (0, 0), (18, 0), (21, 3))
 
 
 def identifier_width(extended: bool, align: int) -> int:
-    """The bits that an identifier may have, right-aligned."""
+    """The mask of the bits that a right-aligned identifier may have."""
     return EXTENDED_BITS if extended and align != 1 else STANDARD_BITS
 
 
 def aligned(identifier: int, extended: bool, align: int) -> int:
-    """The word that a program sees for an identifier of a frame."""
+    """The aligned word for a frame's identifier, as programs see it."""
     return (identifier & identifier_width(extended, align)) << ID_SHIFT[align][extended]
 
 
 def identifier_of(word: int, extended: bool, align: int) -> int:
-    """The identifier in a word of a program; raises BadFrame if the word has bits where none belong."""
+    """The identifier in an aligned word; raises BadFrame if the word has bits outside the identifier."""
     shift, width = ID_SHIFT[align][extended], identifier_width(extended, align)
     if not 0 <= word <= ALL_BITS or word & ~(width << shift):
         kind = "an extended" if extended else "a standard"
         top = (width << shift).bit_length() - 1
-        raise BadFrame(f"{word:#x}: {kind} identifier lies in bits {top}..{shift} with Align={align}")
+        raise BadFrame(f"{word:#x}: {kind} identifier has bits {top}..{shift} with Align={align}")
     return word >> shift
 
 
 class Filter:
-    """What a receive channel accepts: code and mask, read as Align and MaskActive say. Frozen.
+    """The acceptance filter of a receive channel: code and mask, interpreted by Align and MaskActive. Immutable.
 
-    Raises BadFilter if one of them is impossible.
+    Raises BadFilter for an invalid value.
     """
 
     __slots__ = (
@@ -108,13 +108,13 @@ class Filter:
 
     @classmethod
     def registered(cls, settings: Settings) -> Filter:
-        """The one of a new receive channel."""
+        """The filter of a new receive channel, from the device's registry entries."""
         code, mask = settings.acceptance_code, settings.acceptance_mask
         return cls(code, mask, settings.align, settings.mask_active)
 
     @classmethod
     def everything(cls, align: int = 0, mask_active: int = 0) -> Filter:
-        """Accepts all frames; with Align 1 no extended ones above 0x7FF."""
+        """A filter that accepts all frames; with Align 1 it accepts extended frames only up to 0x7FF."""
         return cls(0, 0 if mask_active else ALL_BITS, align, mask_active)
 
     def accepts(self, identifier: int, extended: bool = False, data: bytes = b"") -> bool:
@@ -132,11 +132,11 @@ class Filter:
         return (first << absent ^ self._data) & self._data_care >> absent << absent == 0
 
     def to_structure(self) -> CAN_ACCEPTANCE_FILTER:
-        """Code and mask as they were given."""
+        """Code and mask as a structure."""
         return CAN_ACCEPTANCE_FILTER(self.code, self.mask)
 
     def bits(self, extended: bool) -> str:
-        """The identifier bits from the first on: 0 and 1 must be so, + may be anything. As CanCheck shows them."""
+        """The identifier bits from the first one on: 0 and 1 must match, + matches both. CanCheck shows this text."""
         code, care = (
             (self._extended, self._extended_care) if extended else (self._standard, self._standard_care)
         )
@@ -145,7 +145,7 @@ class Filter:
 
     @property
     def data_bits(self) -> str:
-        """Likewise the first two data bytes of a standard frame; "" with Align 1, which has none."""
+        """The bits of a standard frame's first two data bytes, as in `bits`; "" with Align 1: it compares no data."""
         if self.align == 1:
             return ""
         care, code = self._data_care, self._data

@@ -1,8 +1,8 @@
-"""DeviceIoControl's control codes: a table of what goes in, what comes out, and which access each takes.
+"""The control codes of DeviceIoControl: a table of the input, the output and the necessary access of each code.
 
-Win32's own access bits in the codes are not the last word, as on Windows CE: 8.11 sets a filter through a handle that
-only reads, though its code asks for writing, and whoever may query the device may ask for its time. So a code needs
-the virtual channel that it is about, and otherwise no access.
+As on Windows CE, the access bits inside a code do not decide: 8.11 sets a filter through a handle for reading, although
+the code contains write access, and a handle with no access can read the device's time. A code needs the virtual channel
+that it applies to; other codes need no access.
 
 Source: CANDRV manual, 8.10 to 8.29 and appendix A; rulings.md 16.
 """
@@ -31,14 +31,14 @@ _DWORD = struct.Struct("<I")
 
 
 class Reply(NamedTuple):
-    """What comes out: bytes for the out buffer, and the function's own answer (0 is a failure but for TEST_DEVICE)."""
+    """The output: bytes for the out buffer, and the function's return value (0: a failure, except for TEST_DEVICE)."""
 
     data: bytes = b""
     answer: int = 1
 
 
 class Call(NamedTuple):
-    """One use of a code: what went in, and what the out buffer held, from which two codes read."""
+    """One call: the input bytes, and the previous content of the out buffer (`second`), which two codes read."""
 
     handle: Handle
     data: bytes
@@ -46,14 +46,15 @@ class Call(NamedTuple):
 
     @property
     def number(self) -> int:
-        """The DWORD or BYTE that went in."""
+        """The DWORD or BYTE in the in buffer."""
         return int.from_bytes(self.data, "little")
 
 
 class Code(NamedTuple):
-    """A row of the table: sizes in bytes of the in and the out buffer; `least` bytes in are enough (0: all).
+    """A row of the table: the sizes in bytes of the in buffer (`takes`) and the out buffer (`gives`).
 
-    `optional` out buffers may be missing. `reads` and `writes`: the channel that the handle must have.
+    `least` bytes in the in buffer are enough (0: all are needed). An `optional` out buffer may be missing. `reads` and
+    `writes` say which channel the handle must have.
     """
 
     do: Callable[[Call], Reply]
@@ -66,28 +67,30 @@ class Code(NamedTuple):
 
 
 def control(handle: Handle, code: int, data: bytes = b"", out_size: int = 0, second: bytes = b"") -> Reply:
-    """Execute a code; `out_size` is what its caller has room for, `second` the bytes there before.
+    """Execute a code; `out_size` is the size of the out buffer in bytes, `second` its previous content.
 
-    Raises CandrvError: ERROR_NOT_SUPPORTED for an unknown code, ERROR_INVALID_PARAMETER for too few bytes in,
-    ERROR_INSUFFICIENT_BUFFER for too little room, ERROR_ACCESS_DENIED without the channel it takes.
+    Raises CandrvError: ERROR_NOT_SUPPORTED for an unknown code, ERROR_INVALID_PARAMETER for an in buffer that is too
+    small, ERROR_INSUFFICIENT_BUFFER for an out buffer that is too small, ERROR_ACCESS_DENIED without the channel.
     """
     handle.check()
     row = CODES.get(code)
     if row is None:
         known = ", ".join(one.name for one in ControlCode)
-        raise CandrvError(Win32Error.ERROR_NOT_SUPPORTED, f"control code {code:#x}: known are {known}")
+        raise CandrvError(
+            Win32Error.ERROR_NOT_SUPPORTED, f"control code {code:#x}: the known codes are {known}"
+        )
     takes, gives = row.takes, row.gives
     if (row.reads and not handle.readable) or (row.writes and not handle.writable):
         raise _refused(code, row)
     if len(data) < (row.least or takes):
         raise CandrvError(
             Win32Error.ERROR_INVALID_PARAMETER,
-            f"{ControlCode(code).name} takes {takes} bytes, not {len(data)}",
+            f"{ControlCode(code).name} needs {takes} bytes, not {len(data)}",
         )
     if out_size < gives and (out_size or not row.optional):
         raise CandrvError(
             Win32Error.ERROR_INSUFFICIENT_BUFFER,
-            f"{ControlCode(code).name} gives {gives} bytes: there is room for {out_size}",
+            f"{ControlCode(code).name} returns {gives} bytes: the out buffer has {out_size}",
         )
     try:
         return row.do(Call(handle, data[:takes], second))
@@ -99,7 +102,7 @@ def control(handle: Handle, code: int, data: bytes = b"", out_size: int = 0, sec
 
 def _refused(code: int, row: Code) -> CandrvError:
     what = "receive channel (GENERIC_READ)" if row.reads else "send channel (GENERIC_WRITE)"
-    return CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{ControlCode(code).name} takes a {what}")
+    return CandrvError(Win32Error.ERROR_ACCESS_DENIED, f"{ControlCode(code).name} needs a {what}")
 
 
 # channels
@@ -171,7 +174,7 @@ def _set_command(call: Call) -> Reply:
 
 
 def _init(call: Call) -> Reply:
-    """The error status goes out, too: it is 0 wherever bytes come back at all."""
+    """It also returns the error status, which is 0 on success."""
     call.handle.initialise()
     return Reply(_DWORD.pack(Win32Error.ERROR_SUCCESS))
 
@@ -193,7 +196,7 @@ def _register_reader(reset_mode: bool) -> Callable[[Call], Reply]:
 def _register_writer(reset_mode: bool) -> Callable[[Call], Reply]:
     def write(call: Call) -> Reply:
         if not call.second:
-            raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, "the new value goes in by the out buffer")
+            raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, "the new value must be in the out buffer")
         call.handle.write_register(call.number, call.second[0], reset_mode=reset_mode)
         return Reply()
 
@@ -223,9 +226,9 @@ CODES: dict[int, Code] = {
 }
 
 READ_BOTH = frozenset({ControlCode.WRITE_REGISTER, ControlCode.WRITE_REGISTER_RM})
-"""Codes to which the out buffer tells something, too."""
+"""Codes that also read the out buffer."""
 
 
 def init_status(error: CanwireError) -> bytes:
-    """What IOCTL_CAN_INIT leaves in its out buffer when it fails."""
+    """What IOCTL_CAN_INIT writes into its out buffer when it fails: the Win32 code."""
     return _DWORD.pack(as_candrv(error).code)

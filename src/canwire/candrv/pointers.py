@@ -1,7 +1,7 @@
-"""C's pointers as candrv.win32 takes them: bytes, buffers, structures, ctypes objects; refused in words, never guessed.
+"""The objects that candrv.win32 accepts in place of C's pointers: bytes, buffers, structures, ctypes objects.
 
-Whatever cannot be a pointer is ERROR_INVALID_PARAMETER, before anything is read, sent or taken out of a queue: a
-number in its place above all, which is a forgotten `&`.
+Any other object is refused with ERROR_INVALID_PARAMETER before the call reads, sends or removes anything: above all a
+number, which means that a C program would have forgotten an `&`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from canwire.candrv.structures import COMMTIMEOUTS, Structure
 
 
 def set_dword(out: Any, value: int) -> None:
-    """*out = value, if it is no null pointer."""
-    if type(out) is list and out:  # the usual one, four times for each event that is read
+    """*out = value, if `out` is not None."""
+    if type(out) is list and out:  # the most frequent kind, four times for each event that is read
         out[0] = value
         return
     target = _pointed_at(out)
@@ -38,7 +38,7 @@ def taken(buffer: Any, count: int) -> bytes:
 
 
 def room_in(buffer: Any, count: int, *, written: bool = True) -> int:
-    """`count`, if a buffer has so many bytes and, where it is `written`, takes them."""
+    """`count`, if the buffer has that many bytes and, if it is `written`, is writable; raises CandrvError otherwise."""
     if type(buffer) is bytearray:
         return _checked(count, len(buffer))
     target = _pointed_at(buffer)
@@ -48,12 +48,12 @@ def room_in(buffer: Any, count: int, *, written: bool = True) -> int:
         return _checked(count, target.SIZE)
     view = _view(target)
     if written and view.readonly:
-        raise _misfit(target, "a buffer that can be written, like a bytearray")
+        raise _misfit(target, "a writable buffer such as a bytearray")
     return _checked(count, view.nbytes)
 
 
 def fill(buffer: Any, data: bytes) -> None:
-    """Put bytes where a buffer begins; `room_in` has looked at it."""
+    """Write bytes at the start of a buffer, which `room_in` has checked."""
     if type(buffer) is bytearray:
         buffer[: len(data)] = data
         return
@@ -68,14 +68,14 @@ def fill(buffer: Any, data: bytes) -> None:
 
 
 def timeouts_of(timeouts: Any) -> COMMTIMEOUTS:
-    """The structure itself."""
+    """The argument, which must be a COMMTIMEOUTS."""
     if not isinstance(timeouts, COMMTIMEOUTS):
         raise _misfit(timeouts, "a COMMTIMEOUTS")
     return timeouts
 
 
 def _pointed_at(pointer: Any) -> Any:
-    """What ctypes.byref() and ctypes.pointer() lead to; anything else stands for itself."""
+    """The object that ctypes.byref() or ctypes.pointer() points to; any other object itself."""
     if isinstance(pointer, ctypes._Pointer):
         return pointer.contents if pointer else None
     return getattr(pointer, "_obj", pointer)
@@ -90,9 +90,11 @@ def _view(buffer: Any) -> memoryview:
 
 def _checked(count: int, held: int) -> int:
     if not 0 <= count <= held:
-        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer that has {held}")
+        raise CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{count} bytes of a buffer of {held} bytes")
     return count
 
 
 def _misfit(given: Any, wanted: str) -> CandrvError:
-    return CandrvError(Win32Error.ERROR_INVALID_PARAMETER, f"{given!r:.40} in place of a pointer: {wanted}")
+    return CandrvError(
+        Win32Error.ERROR_INVALID_PARAMETER, f"{given!r:.40} in place of a pointer: pass {wanted}"
+    )

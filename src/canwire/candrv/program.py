@@ -1,4 +1,4 @@
-"""What one program keeps: its connection to the hub, its handles' numbers, each thread's last error."""
+"""The state of one program: its connection to the hub, the numbers of its handles, the last error of each thread."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _FIRST_HANDLE, _STEP = 0x100, 4  # Windows' own are multiples of four, too
 
 
 class LastError(threading.local):
-    """GetLastError's."""
+    """The value of GetLastError, for each thread."""
 
     code = 0
 
 
 class Program:
-    """One per process. The connection stays, so that a device set up by one handle is there for the next."""
+    """The state of one process. The connection stays open, so that a device keeps its settings between handles."""
 
     def __init__(self) -> None:
         self.last_error = LastError()
@@ -39,7 +39,7 @@ class Program:
             return self._hub
 
     def use(self, hub: Hub | None) -> None:
-        """Open devices on this hub from now on; None: on that of `canwire.connect()`."""
+        """Open devices on this hub from now on; None: on the hub of `canwire.connect()`."""
         with self._lock:
             self._hub = hub
 
@@ -50,14 +50,14 @@ class Program:
             return number
 
     def handle(self, number: int) -> Handle:
-        """Raises ERROR_INVALID_HANDLE."""
+        """The handle with this number; raises ERROR_INVALID_HANDLE if there is none."""
         handle = self._handles.get(number)
         if handle is None:
             raise CandrvError(Win32Error.ERROR_INVALID_HANDLE, f"handle {number!r:.20}")
         return handle
 
     def remove(self, number: int) -> Handle:
-        """The same, and forget it."""
+        """Remove the handle with this number and return it; raises ERROR_INVALID_HANDLE if there is none."""
         with self._lock:
             handle = self._handles.pop(number, None)
         if handle is None:

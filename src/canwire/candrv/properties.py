@@ -1,7 +1,7 @@
-"""What the controllers can: CAN_PROPERTIES for each CAN mode, the table of bit rates, and the rates in between.
+"""The properties of the controllers: CAN_PROPERTIES for each CAN mode, the table of bit rates, and other rates.
 
-The manual prints no table and no figures: the rates are CiA's, clocks and segments those of the chips' data sheets
-at 16 MHz. A SJA1000 stays in its PeliCAN mode in CAN2.0A, too: so it has all commands and registers in both.
+The manual prints no table and no figures: the rates are those of CiA, the clocks and segments those of the chips' data
+sheets at 16 MHz. The SJA1000 stays in its PeliCAN mode in CAN2.0A, so it has all commands and registers in both modes.
 Source: CANDRV manual, 8.13 to 8.16, 8.22, 8.23; rulings.md 18.
 """
 
@@ -25,7 +25,7 @@ _FLAGS = {
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A kind of controller: `clock_hz` makes its quanta."""
+    """A kind of controller; `clock_hz` is the clock of its time quanta, before the prescaler."""
 
     name: str
     clock_hz: int
@@ -36,11 +36,11 @@ class Controller:
 
     @property
     def min(self) -> int:
-        """The slowest rate in bit/s: the longest quanta, as many as there may be."""
+        """The lowest rate in bit/s: the largest prescaler and the largest number of quanta."""
         return -(-self.clock_hz // (self.limits.prescaler_max * self.limits.quanta_max))
 
     def command(self, number: int) -> Command:
-        """The command by its number; raises BadValue if there is none of that number."""
+        """The command with this number; raises BadValue if there is none."""
         found = {int(one): one for one in EVERY_COMMAND}.get(number)
         if found is None:
             raise BadValue(f"command {number}: {self.name} has {_numbers(EVERY_COMMAND)}")
@@ -53,17 +53,17 @@ class Controller:
         return BitTiming.for_bit_rate(rate, clock_hz=self.clock_hz, limits=self.limits)
 
     def rate_of_index(self, index: int) -> int:
-        """bit/s by the index of the table; raises BadTiming for one that is not there."""
+        """The rate in bit/s at an index of the table; raises BadTiming for an index outside the table."""
         if not isinstance(index, int) or not 0 <= index < len(self.rates):
-            raise BadTiming(f"baud rate constant {index!r:.20}: 0 to {len(self.rates) - 1}")
+            raise BadTiming(f"baud rate constant {index!r:.20}: it must be 0 to {len(self.rates) - 1}")
         return self.rates[index]
 
     def index_of_rate(self, rate: int) -> int:
-        """The index of a rate in the table, 0xFFFFFFFF (-1) where it is not."""
+        """The index of a rate in the table; 0xFFFFFFFF (-1) if the table does not contain it."""
         return self.rates.index(rate) if rate in self.rates else NOT_IN_TABLE
 
     def properties(self, mode: int) -> CAN_PROPERTIES:
-        """What IOCTL_CAN_READ_PROPERTIES tells in a mode."""
+        """What IOCTL_CAN_READ_PROPERTIES returns in a CAN mode."""
         return CAN_PROPERTIES(
             version=VERSION,
             device_name=f"F&S CAN driver V{MAJOR}.{MINOR:02}, {self.name}",

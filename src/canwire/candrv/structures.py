@@ -1,10 +1,10 @@
-"""canbusio.h's structures and COMMTIMEOUTS under their own names, as they lie in a 32-bit program's memory.
+"""The structures of canbusio.h and COMMTIMEOUTS, with their names and with the memory layout of a 32-bit program.
 
     data = CAN_TRANSMIT_DATA(identifier=0x123, dlc=2, msg=b"\\x11\\x22")
     CAN_TRANSMIT_DATA.unpack(data.pack()) == data
 
-Little-endian, aligned naturally: two bytes follow CAN_TRANSMIT_DATA.msg. TCHAR is UTF-16LE. A field takes only
-what fits it: assigning anything else raises BadValue.
+They are little-endian and naturally aligned: two bytes of padding follow CAN_TRANSMIT_DATA.msg. TCHAR is UTF-16LE.
+Assigning a value that does not fit a field raises BadValue.
 Source: CANDRV manual, appendix A and 8.5; rulings.md 16.
 """
 
@@ -27,7 +27,7 @@ _MOST_DATA = 8
 
 
 def _text(units: int) -> Kind:
-    """TCHAR[units] in UTF-16, ended by a zero; what stands in the last unit of a text without one does not count."""
+    """TCHAR[units] in UTF-16, ended by a zero; the last unit is ignored, also in a text without a zero."""
     wants = f"text of at most {units - 1} UTF-16 units"
 
     def fit(value: Any) -> str:
@@ -46,7 +46,7 @@ def _text(units: int) -> Kind:
 
 
 def _message() -> Kind:
-    """CAN_BYTE[8] whose bytes can be assigned one by one, as 8.19 does; fewer are filled up with zeros."""
+    """CAN_BYTE[8] whose bytes can be assigned one by one, as in 8.19; a shorter value is padded with zeros."""
     wants = f"at most {_MOST_DATA} bytes"
 
     def fit(value: Any) -> bytearray:
@@ -69,14 +69,14 @@ BAUDRATES: TypeAlias = Annotated[tuple[int, ...], numbers("I", CANBUS_NUMBER_OF_
 
 
 class Structure(Record):
-    """What all of them can. `SIZE` in bytes; `OFFSETS` of the fields in memory, in their order."""
+    """The base of all structures. `SIZE` is in bytes; `OFFSETS` has the offset of each field in memory, in order."""
 
     __slots__ = ()
 
 
 @record(natural=True)
 class CAN_TIME(Structure):
-    """When something happened: `low` counts milliseconds and wraps without touching `high`, which is always 0."""
+    """The time of an event: `low` counts milliseconds and wraps at 32 bits; `high` is always 0."""
 
     low: CAN_DWORD = 0
     high: CAN_DWORD = 0
@@ -84,7 +84,7 @@ class CAN_TIME(Structure):
 
 @record(natural=True)
 class CAN_ACCEPTANCE_FILTER(Structure):
-    """What a receive channel accepts: see filters.py."""
+    """The acceptance filter of a receive channel: see filters.py."""
 
     code: CAN_DWORD = 0
     mask: CAN_DWORD = 0
@@ -92,7 +92,7 @@ class CAN_ACCEPTANCE_FILTER(Structure):
 
 @record(natural=True)
 class CAN_TRANSMIT_DATA(Structure):
-    """A message: `fmt` a FrameFormat, `identifier` aligned as Align says, `dlc` 0..15, up to eight bytes `msg`."""
+    """A message: `fmt` is a FrameFormat, `identifier` is aligned by Align, `dlc` 0..15, `msg` up to eight bytes."""
 
     fmt: CAN_UINT = 0
     identifier: CAN_DWORD = 0
@@ -103,7 +103,7 @@ class CAN_TRANSMIT_DATA(Structure):
 
 @record(natural=True)
 class CAN_EVENT(Structure):
-    """An event; `data` means something only for messages received, transmitted or aborted."""
+    """An event; `data` is valid only for messages received, transmitted or aborted."""
 
     event: CAN_DWORD = 0
     time: CAN_TIME = dataclasses.field(default_factory=CAN_TIME)
@@ -114,7 +114,7 @@ class CAN_EVENT(Structure):
 
 @record(natural=True)
 class CAN_PROPERTIES(Structure):
-    """What driver and controller can: see properties.py. `version` is major << 8 | minor; rates in bit/s."""
+    """Properties of driver and controller: see properties.py. `version` is major << 8 | minor; rates are in bit/s."""
 
     version: CAN_DWORD = 0
     device_name: DEVICE_NAME = ""
@@ -130,7 +130,10 @@ class CAN_PROPERTIES(Structure):
 
 @record(natural=True)
 class COMMTIMEOUTS(Structure):
-    """Milliseconds, 0 at once, INFINITE for ever; ReadIntervalTimeout and ReadTotalTimeoutMultiplier mean nothing."""
+    """Timeouts in milliseconds: 0 does not wait, INFINITE waits without limit.
+
+    ReadIntervalTimeout and ReadTotalTimeoutMultiplier are ignored.
+    """
 
     ReadIntervalTimeout: DWORD = 0
     ReadTotalTimeoutMultiplier: DWORD = 0

@@ -1,10 +1,11 @@
-"""Messages and events as text: WriteFile's grammar, ReadFile's, and readers for both.
+"""Messages and events as text: the grammars of WriteFile and ReadFile, and parsers for both.
 
     731 0 4 11 22 33 44\\n                                          -> Message(0x731, 0, 4, b"\\x11\\x22\\x33\\x44")
     received\\t0:12568\\t00000112\\t1\\t0\\r\\n\\t5\\n                    <- an event
 
-Printed is exactly the grammar of 8.4, hex digits in lower case as %x prints them; the bytes are those that the
-message has: none in a remote one, eight above DLC 8. Read are that and the shorter form of the manual's examples.
+The output follows exactly the grammar of 8.4, with hex digits in lower case, as %x prints them, and with the bytes that
+the message has: none in a remote frame, eight above DLC 8. The parsers also accept the shorter form of the manual's
+examples.
 Source: CANDRV manual, 8.3, 8.4; rulings.md 14.
 """
 
@@ -23,7 +24,7 @@ MOST_FIELDS = 11  # identifier, RTR, DLC, eight bytes; what follows is ignored
 
 
 class Message(NamedTuple):
-    """A message as WriteFile takes it: `identifier` aligned as Align says, `dlc` 0..15, `data` up to eight bytes."""
+    """A message for WriteFile: `identifier` is aligned by Align, `dlc` is 0..15, `data` up to eight bytes."""
 
     identifier: int
     rtr: int = 0
@@ -32,7 +33,7 @@ class Message(NamedTuple):
 
 
 class MalformedMessage(BadText):
-    """Text that is no message; `consumed` characters of the call's were used before the one that is wrong."""
+    """Text that is no message; `consumed` is the number of characters of the call before the wrong one."""
 
     def __init__(self, why: str, consumed: int) -> None:
         super().__init__(f"{why}, at character {consumed + 1}")
@@ -40,12 +41,12 @@ class MalformedMessage(BadText):
 
 
 def format_message(message: Message) -> bytes:
-    """What WriteFile is given for a message."""
+    """The text of a message for WriteFile."""
     numbers = (message.identifier, message.rtr, message.dlc, *message.data)
     return " ".join(f"{number:x}" for number in numbers).encode() + b"\n"
 
 
-# WriteFile: hex numbers between whatever is no hex digit, until CR, LF or NUL
+# WriteFile: hex numbers, separated by any characters that are no hex digits, until CR, LF or NUL
 
 _TOKEN = re.compile(rb"([0-9A-Fa-f]+)|([\r\n\0])|[^0-9A-Fa-f\r\n\0]+")
 _GAP = rb"[^0-9A-Fa-f\r\n\0]"
@@ -57,31 +58,31 @@ _FIELDS = (("identifier", DWORD), ("RTR", 1), ("DLC", 15), *((f"data byte {i}", 
 
 
 class MessageParser:
-    """Reads messages out of text that comes in any pieces.
+    """Parses messages in text that arrives in pieces of any length.
 
-    A message that is malformed is forgotten, and the next call begins a new one.
+    A malformed message is discarded, and the next call begins a new one.
     """
 
     __slots__ = ("_fields", "_number")
 
     def __init__(self) -> None:
         self._fields: list[int] = []
-        self._number = -1  # the number whose digits may go on, -1 between numbers
+        self._number = -1  # the number that further digits may continue, -1 between numbers
 
     @property
     def pending(self) -> bool:
-        """Whether a message has begun and not ended."""
+        """Whether a message has begun but not ended."""
         return bool(self._fields) or self._number >= 0
 
     def reset(self) -> None:
-        """Forget the message that has begun."""
+        """Discard the message that has begun."""
         self._fields.clear()
         self._number = -1
 
     def next(self, text: bytes, start: int = 0) -> tuple[Message | None, int]:
-        """The next message in the text from `start` on, and where what follows it begins.
+        """The next message in the text from `start` on, and the position after it.
 
-        None when the text ends first: all of it is used. Empty lines are no messages.
+        The message is None if the text ends before it: then all of the text is used. Empty lines are ignored.
         Raises MalformedMessage.
         """
         if not self.pending and (whole := _WHOLE.match(text, start)) and (found := _quick(whole)):
@@ -104,7 +105,7 @@ class MessageParser:
 
     def _digits(self, digits: bytes, at: int) -> None:
         name, limit = self._field()
-        if limit is None:  # a byte beyond those that count
+        if limit is None:  # a number after the last data byte is ignored
             self._number = 0
             return
         number = max(self._number, 0)
@@ -142,7 +143,7 @@ class MessageParser:
 
 
 def _quick(whole: re.Match[bytes]) -> Message | None:
-    """A message whose text is in one piece; None if the slow way has to say what is wrong with it."""
+    """A message whose text is in one piece; None if the slow parser must find out what is wrong with it."""
     rtr, dlc = int(whole[2]), int(whole[3], 16)
     wanted = _bytes_in(rtr, dlc)
     numbers = _BYTE.findall(whole[4])
@@ -178,7 +179,7 @@ _MESSAGES = {_RECEIVED, int(CanbusEvent.TRANSMITTED), int(CanbusEvent.ABORTED)}
 
 
 def format_event(event: Event) -> bytes:
-    """The event as ReadFile gives it: ASCII, ended by a line feed."""
+    """The event as ReadFile returns it: ASCII, ended by a line feed."""
     kind, time, lost, _, identifier, rtr, dlc, data = event
     word = _WORD_OF.get(kind) or f"unknown event {kind}"
     if kind not in _MESSAGES:
@@ -196,11 +197,11 @@ _DECIMAL = re.compile(r"[0-9]{1,10}")
 
 
 def parse_event(text: bytes | str) -> Event:
-    """One event in either form. Its `fmt` is 0: the text does not say. Raises BadText."""
+    """Parses one event in either form. Its `fmt` is 0, since the text does not contain it. Raises BadText."""
     line = text.decode("ascii", "replace") if isinstance(text, bytes) else text
     fields = [field for field in re.split(r"[\t\r\n]+|  +", line) if field]
     if len(fields) < 2 or not (time := _TIME.fullmatch(fields[1])):
-        raise BadText(f"{line!r:.80}: no event, and its time as high:low")
+        raise BadText(f"{line!r:.80}: no event with its time as high:low")
     unknown = _UNKNOWN.fullmatch(fields[0])
     kind = _decimal(line, unknown[1], DWORD) if unknown else _EVENT_OF.get(fields[0], -1)
     moment = _decimal(line, time[1], DWORD) << 32 | _decimal(line, time[2], DWORD)
@@ -208,7 +209,7 @@ def parse_event(text: bytes | str) -> Event:
         raise BadText(f"{line!r:.80}: {fields[0]!r:.40} is no event")
     if kind not in _MESSAGES:
         if len(fields) > 2:
-            raise BadText(f"{line!r:.80}: more than a time")
+            raise BadText(f"{line!r:.80}: more than a time, although this event has no message")
         return Event(kind, moment)
     return _parse_message(line, kind, moment, fields[2:])
 
@@ -222,7 +223,7 @@ def _parse_message(line: str, kind: int, time: int, fields: list[str]) -> Event:
     rest = fields[3:]
     if len(rest) != count + (kind == _RECEIVED):
         raise BadText(
-            f"{line!r:.80}: DLC {dlc} takes {count} bytes" + " and the count of lost events" * (kind == 1)
+            f"{line!r:.80}: DLC {dlc} needs {count} bytes" + " and the count of lost events" * (kind == 1)
         )
     data = bytes(_hex(line, "byte", field) for field in rest[:count])
     lost = _decimal(line, rest[count], DWORD) if kind == _RECEIVED else 0
@@ -243,11 +244,11 @@ def _decimal(line: str, field: str, limit: int) -> int:
 
 
 _END = re.compile(rb"(?<!\r)\n")
-LONGEST_EVENT = 200  # characters; none has so many
+LONGEST_EVENT = 200  # characters; all events are shorter
 
 
 class EventReader:
-    """Reads ReadFile's text in any pieces: an event ends with a line feed that follows no carriage return."""
+    """Parses ReadFile's text in pieces of any length: an event ends with a line feed without a carriage return."""
 
     __slots__ = ("_at", "_text")
 
@@ -256,7 +257,7 @@ class EventReader:
         self._at = 0  # where the next event begins
 
     def feed(self, text: bytes) -> Iterator[Event]:
-        """The events that end in the text. One that is malformed raises BadText; feed(b"") goes on behind it."""
+        """The events that end in the text. A malformed one raises BadText; feed(b"") then continues after it."""
         self._text = self._text[self._at :] + text
         self._at = 0
         return self._events()
@@ -268,4 +269,4 @@ class EventReader:
                 yield parse_event(one)
         if len(self._text) - self._at > LONGEST_EVENT:
             one, self._text, self._at = self._text[self._at :], b"", 0
-            raise BadText(f"{one[:40]!r}: {len(one)} characters and no end of an event")
+            raise BadText(f"{one[:40]!r}: {len(one)} characters without the end of an event")

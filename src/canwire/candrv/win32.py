@@ -1,4 +1,4 @@
-"""The manual's functions under their own names: they answer 0 or INVALID_HANDLE_VALUE, and GetLastError says why.
+"""The functions of the manual: on failure they return 0 or INVALID_HANDLE_VALUE, and GetLastError returns the cause.
 
     written = [0]
     handle = CreateFile("CID1:", GENERIC_WRITE, 0, None, OPEN_EXISTING, FILE_FLAG_WRITE_THROUGH, 0)
@@ -6,11 +6,11 @@
     if not WriteFile(handle, text, len(text), written, None):
         print(GetLastError())
 
-How C's arguments look here: a HANDLE is a number. A pointer to a DWORD that is written (lpdwRead, lpdwEvent, ...) is a
-list whose item 0 is set, a ctypes number, or None. A buffer that is read is bytes or anything like it, or a structure
-of `candrv.structures`; a buffer that is written is a bytearray or another writable buffer, or such a structure, which
-is filled in; what ctypes has (arrays, structures, byref) will do for both. COMMTIMEOUTS is a structure, also where
-GetCommTimeouts fills it in. Further constants: `canwire.candrv.constants`.
+C's arguments have these forms in Python. A HANDLE is a number. A pointer to a DWORD that the function writes (lpdwRead,
+lpdwEvent, ...) is a list whose item 0 is set, a ctypes number, or None. A buffer that the function reads is a
+bytes-like object or a structure of `candrv.structures`; a buffer that it writes is a writable buffer such as a
+bytearray, or such a structure, which it fills in. ctypes' arrays, structures and byref are accepted for both. A
+COMMTIMEOUTS is always that structure. Further constants are in `canwire.candrv.constants`.
 
 Source: CANDRV manual, chapter 8.
 """
@@ -57,7 +57,7 @@ _SHARES = FILE_SHARE_READ | FILE_SHARE_WRITE
 
 
 def _answering(failure: int) -> Callable[[Callable[P, int]], Callable[P, int]]:
-    """An error is this answer, and GetLastError's."""
+    """Makes a function return `failure` where it would raise an error, whose code GetLastError then returns."""
 
     def wrap(call: Callable[P, int]) -> Callable[P, int]:
         @wraps(call)
@@ -74,12 +74,12 @@ def _answering(failure: int) -> Callable[[Callable[P, int]], Callable[P, int]]:
 
 
 def use(hub: Hub | None) -> None:
-    """Ours: open devices on this hub from now on; None: on that of `canwire.connect()`."""
+    """Open devices on this hub from now on; None: on the hub of `canwire.connect()`. Not in the manual."""
     PROGRAM.use(hub)
 
 
 def GetLastError() -> int:
-    """Why the last call of this thread failed; a call that succeeds leaves it as it is."""
+    """The error code of the last call of this thread that failed; a successful call does not change it."""
     return PROGRAM.last_error.code
 
 
@@ -97,9 +97,9 @@ def CreateFile(
     dwFlags: int = 0,
     hTemplate: object = None,
 ) -> int:
-    """A handle, or INVALID_HANDLE_VALUE. lpSecurity, dwFlags and hTemplate mean nothing.
+    """Returns a handle, or INVALID_HANDLE_VALUE. lpSecurity, dwFlags and hTemplate are ignored.
 
-    Every dwCreation opens the device, which is always there already; so CREATE_NEW fails with ERROR_FILE_EXISTS.
+    Each dwCreation opens the existing device, except CREATE_NEW, which fails with ERROR_FILE_EXISTS.
     """
     if dwCreation == CREATE_NEW:
         raise CandrvError(Win32Error.ERROR_FILE_EXISTS, f"{lpFileName} is a device")
@@ -124,7 +124,7 @@ def CloseHandle(hDevice: int) -> int:
 def WriteFile(
     hDevice: int, lpBuffer: Readable, dwCount: int, lpdwWritten: Out = None, lpOverlapped: object = None
 ) -> int:
-    """lpdwWritten gets how much was used, also of a text that is wrong further on."""
+    """lpdwWritten gets the number of characters used, also if the call fails at a later character."""
     set_dword(lpdwWritten, 0)
     handle = PROGRAM.handle(hDevice)
     try:
@@ -143,7 +143,8 @@ def ReadFile(
     lpdwRead: Out = None,
     lpOverlapped: object = None,
 ) -> int:
-    """The next event as text. One that does not fit stays, and the call fails with ERROR_INSUFFICIENT_BUFFER."""
+    """Reads the next event as text. If the buffer is too small, it fails with ERROR_INSUFFICIENT_BUFFER and the event
+    stays in the queue."""
     set_dword(lpdwRead, 0)
     handle = PROGRAM.handle(hDevice)
     text = handle.read_text(room_in(lpBuffer, dwCount))
@@ -163,7 +164,8 @@ def DeviceIoControl(
     lpReturned: Out = None,
     lpOverlapped: object = None,
 ) -> int:
-    """Not 0 for success; of IOCTL_CAN_TEST_DEVICE its own answer. Two codes read the out buffer."""
+    """Returns a number other than 0 on success; IOCTL_CAN_TEST_DEVICE returns its result. Two codes read the out
+    buffer."""
     set_dword(lpReturned, 0)
     handle = PROGRAM.handle(hDevice)
     given = taken(lpInBuffer, nInBufferSize) if nInBufferSize else b""
@@ -209,7 +211,7 @@ def GetCommMask(hDevice: int, lpdwEventMask: Out) -> int:
 
 @_answering(0)
 def WaitCommEvent(hDevice: int, lpdwEvent: Out, lpOverlapped: object = None) -> int:
-    """lpdwEvent gets the type of the next event, which stays; 0 if the waiting was aborted."""
+    """lpdwEvent gets the type of the next event, which stays in the queue; 0 if the wait was aborted."""
     set_dword(lpdwEvent, 0)
     set_dword(lpdwEvent, PROGRAM.handle(hDevice).wait_comm_event())
     return 1

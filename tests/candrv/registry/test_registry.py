@@ -178,7 +178,7 @@ def test_impossible_values(name: str, value: Any, store: RegistryStore) -> None:
 
 def test_unknown_entries(store: RegistryStore) -> None:
     for call in (store.get, store.delete, lambda device, name: store.set(device, name, 1)):
-        with pytest.raises(BadValue, match=r"'Colour': there are Dll, FriendlyName, .*SPIDevice"):
+        with pytest.raises(BadValue, match=r"'Colour'; there are Dll, FriendlyName, .*SPIDevice"):
             call("CID1", "Colour")
 
 
@@ -343,7 +343,7 @@ def test_only_proper_names_are_registered(name: str, store: RegistryStore) -> No
 
 def test_unknown_devices(store: RegistryStore) -> None:
     for call in (store.stored, store.settings, store.remove, store.defaults):
-        with pytest.raises(BadValue, match="'CID5:': registered are CID1, CID2"):
+        with pytest.raises(BadValue, match="'CID5:'; registered are CID1, CID2"):
             call("CID5:")
     assert text_of(store) == FILE
 
@@ -354,7 +354,7 @@ def test_unknown_devices(store: RegistryStore) -> None:
         ("[candrv", "canwire.toml"),
         ("candrv = 5\n", "a table for each device"),
         ("[candrv]\nCID1 = 5\n", "a table for each device"),
-        ("[candrv.CID1]\nColour = 5\n", r"\[candrv.CID1\]: registry entry 'Colour'"),
+        ("[candrv.CID1]\nColour = 5\n", r"\[candrv.CID1\]: no registry entry 'Colour'"),
         ("[candrv.CID1]\nAlign = 4\n", r"\[candrv.CID1\]: Align = 4"),
         ("[candrv.CID1]\nAlign = true\n", "Align = True"),
         (b"\xff\n", "byte 0 is no UTF-8"),

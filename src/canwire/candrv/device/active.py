@@ -1,4 +1,4 @@
-"""Which drivers are loaded on a hub, with what, on which port: what [HKLM\\Drivers\\Active] shows on a board.
+"""The drivers that are loaded on a hub, with their settings and ports: a board shows them in [HKLM\\Drivers\\Active].
 
 Source: CANDRV manual, overview and 6.2.
 """
@@ -23,9 +23,10 @@ _NOTE = re.compile(r"candrv/([A-Z]{3}[0-9]:)")
 
 
 class Driver(NamedTuple):
-    """A loaded driver: `stored` are the registry's entries that it was loaded with, defaults left out.
+    """A loaded driver: `stored` contains the registry's entries with which it was loaded, without defaults.
 
-    `board` None: it was pulled out. `state` None: its line is not set up. `is_open`: some program has a handle.
+    `board` is None if the board was removed, `state` is None if its line is not configured. `is_open` is True if a
+    program has a handle.
     """
 
     name: str
@@ -37,7 +38,7 @@ class Driver(NamedTuple):
 
 
 def active(hub: Hub) -> tuple[Driver, ...]:
-    """Those loaded now, by name; a driver is loaded when its device is first opened, until `unload`."""
+    """The loaded drivers, sorted by name. A driver is loaded when its device is first opened, until `unload`."""
     notes = hub.notes("candrv/")
     found = ((name[1], value) for note, value in notes.items() if (name := _NOTE.fullmatch(note)))
     return tuple(_driver(hub, name, json.loads(value)) for name, value in sorted(found))
@@ -51,7 +52,7 @@ def _driver(hub: Hub, name: str, stored: dict[str, Value]) -> Driver:
         state = state_of(status, settings) if status.initialised else None
     except NoSuchBoard:
         return Driver(name, stored, None, 0, None, False)
-    except CanwireError:  # its line looks for a bit rate
+    except CanwireError:  # its line is searching for a bit rate
         state = None
     bell = Bell.find(hub, f"candrv/{name}/bell")
     if bell is not None:

@@ -1,7 +1,7 @@
-"""A bell between programs: who has it open sees in shared memory that it was rung, without asking the hub.
+"""A bell between programs: a program that has it open sees in shared memory that it was rung, without a request.
 
-It is a FIFO of the hub that nobody reads: each ring puts an element into it, or is counted as lost once it is full.
-Its number is in a note.
+It is a FIFO of the hub that no program reads: each ring puts an element into it, or counts as lost once it is full.
+Its number is in a note of the hub.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Bell:
-    """`ring` after what the others are to look at has changed; `count` before looking at it."""
+    """Call `ring` after a change that other programs must see; read `count` before you read what may have changed."""
 
     def __init__(self, fifo: Fifo) -> None:
         self._fifo = fifo
@@ -23,7 +23,7 @@ class Bell:
 
     @classmethod
     def find(cls, hub: Hub, note: str) -> Bell | None:
-        """The bell in a note; None if there is none, or all who had it open are gone."""
+        """The bell in a note; None if the note has none, or if no program has it open any more."""
         number = hub.note(note)
         try:
             return cls(hub.open_fifo(int(number), "fifo")) if number else None
@@ -32,14 +32,14 @@ class Bell:
 
     @classmethod
     def make(cls, hub: Hub, note: str) -> Bell:
-        """A new one; one at a time may do this."""
+        """A new bell. The caller must prevent that two programs do this at the same time."""
         fifo = hub.create_fifo(1, 1)
         hub.set_note(note, str(fifo.id).encode())
         return cls(fifo)
 
     @property
     def count(self) -> int:
-        """Another number than before: it was rung."""
+        """A number that changes with each ring."""
         return self._ring.written + self._ring.lost
 
     def ring(self) -> None:

@@ -1,10 +1,10 @@
-"""CID1: and its siblings as every program sees them: which line each is, how it is set up, what all of them share.
+"""A device such as CID1: the line that it drives, the line's configuration, and the state that all programs share.
 
-A driver is loaded once: whoever opens its device first has the hub remember the registry's entries (note
-"candrv/CID1:") and sets the line up with them, unless another dialect did that before. Both stay until `unload`, so
-that new entries act when the driver is loaded the next time, as the manual says, and a rate set by one program is
-there for the next. The rate, listen-only and loop-back are the line's own mode; CAN mode and default frame format
-are in its note; "virtualize" has a note of its own at the hub.
+A driver is loaded once: the program that opens its device first stores the registry's entries at the hub (note
+"candrv/CID1:") and configures the line with them, unless a program of another dialect has configured it. Both stay
+until `unload`: so new entries take effect when the driver is loaded the next time, as the manual says, and a rate that
+one program sets remains for the next. The rate, listen-only and loop-back are part of the line's mode; the CAN mode and
+the default frame format are in the note of that mode; "virtualize" is in a separate note of the hub.
 
 Source: CANDRV manual, chapter 6, 8.1, 8.13 to 8.18, 8.23; rulings.md 17.
 """
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)  # a line is set up in less
-_OPEN = FilterSetup(FilterMode.PASS, 0)  # every receive channel has a filter of its own
+_OPEN = FilterSetup(FilterMode.PASS, 0)  # each receive channel has its own filter
 _CONFIGURATION = 4  # the MCP2515's OPMOD
 
 
 class Device:
-    """A device of the registry on a hub: the line behind it, and what all its handles share.
+    """A device of the registry on a hub: its line, and the state that all its handles share.
 
-    `name` as CreateFile takes it, "CID1:". Raises NoSuchBoard for a name that is not registered, or a board that is
-    not there; InUse where its SPI port is taken.
+    `name` is the name for CreateFile, "CID1:". Raises NoSuchBoard if the name is not registered or its board is
+    missing, InUse if another device uses its SPI port.
     """
 
     def __init__(self, hub: Hub, name: str, store: RegistryStore | None = None) -> None:
         self.hub = hub
-        self.name = name.upper()  # as Windows, which does not tell them apart
+        self.name = name.upper()  # Windows ignores the case of such names
         self.settings = loaded(hub, self.name, store or usual_store())
         self.board, self.number = find_port(hub.boards(), self.settings)
         self.controller = controller_on(self.board, self.line)
@@ -62,7 +62,7 @@ class Device:
         return self.board.lines[self.number]
 
     def debug(self, text: str) -> None:
-        """A line on the debug channel, our stderr, if the registry's Debug asks for it."""
+        """Print a line on the debug channel, which is stderr, if the registry entry Debug is not 0."""
         if self.settings.debug:
             print(f"{self.name} {text}", file=sys.stderr, flush=True)
 
@@ -72,13 +72,13 @@ class Device:
         return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def state(self) -> DeviceState:
-        """As it is now, whoever set it up: another dialect's line is in CAN2.0B."""
+        """The present state; a line that a program of another dialect has configured is in CAN2.0B."""
         return state_of(self.status(), self.settings)
 
     def start(self) -> None:
-        """Set the line up as the registry says if nobody did, and have it take part in its bus.
+        """Configure the line from the registry if it is not configured, and start it on its bus if it is stopped.
 
-        Another program that holds its control is left alone.
+        A configured line whose control another program holds stays as it is.
         """
         status = self.status()
         if not status.initialised:
@@ -89,7 +89,7 @@ class Device:
         self._join()
 
     def close(self) -> None:
-        """No longer used by this handle; again: nothing."""
+        """Release what a handle uses of the device; a second call does nothing."""
         bell, self._bell = self._bell, None
         if bell is not None:
             with suppress(CanwireError):
@@ -104,11 +104,11 @@ class Device:
         listen: bool | None = None,
         loop_back: bool = False,
     ) -> None:
-        """Set the line up anew, for everybody; what is not given stays. A format alone leaves the controller alone.
+        """Configure the line again, for all programs; None keeps a value. A new format does not touch the controller.
 
         Loop-back stays through a new rate, mode or format, and ends with `change()` and with listen-only. Raises
-        CandrvError, and then everything is as before: ERROR_INVALID_PARAMETER for what cannot be,
-        ERROR_SHARING_VIOLATION while somebody else sets it up or, for another rate, programs of another kind run it.
+        CandrvError and then changes nothing: ERROR_INVALID_PARAMETER for invalid values, ERROR_SHARING_VIOLATION
+        while another program holds the control or, for another rate, programs of another dialect run the line.
         """
         wanted = _given(rate=rate, mode=mode, format=format, listen=listen)
         with translated(opened=True):
@@ -124,7 +124,7 @@ class Device:
         self.debug(f"set up: {self.state()}")
 
     def initialise(self) -> None:
-        """IOCTL_CAN_INIT; after a bus-off also where somebody else has the line's control."""
+        """IOCTL_CAN_INIT; after a bus-off it also works while another program holds the control of the line."""
         status = self.status()
         if status.running and status.state == ErrorState.BUS_OFF and status.control_holder:
             self.hub.recover(self.board.id, self.number)
@@ -138,7 +138,7 @@ class Device:
 
     @property
     def virtualize(self) -> bool:
-        """Whether handles on this board receive what others on it send."""
+        """Whether handles on this board receive what other handles on it send."""
         if self._bell is not None and (count := self._bell.count) == self._heard:
             return self._virtual
         self._virtual = self.hub.note(self._note("virtualize")) == b"1"
@@ -163,7 +163,7 @@ class Device:
             self._held(lambda control: control.write_register(address, value, reset_mode=reset_mode))
 
     def clear_overrun(self) -> None:
-        """The driver does that with every overrun; here once more, where the chip has such a register."""
+        """Clear the overrun bits of the chip, if it has such a register; the driver also does so at each overrun."""
         names = {register.name for register in self.hub.registers(self.board.id, self.number)}
         if "CMR" in names or "SR" in names:
             self.write_register(1, 0x08, reset_mode=False)  # SJA1000's CMR: CDO
@@ -171,7 +171,7 @@ class Device:
             self.write_register(0x2D, 0, reset_mode=False)  # MCP2515's EFLG: RX0OVR and RX1OVR can be cleared
 
     def in_configuration_mode(self) -> bool:
-        """The controller is in its configuration mode (SJA1000: reset mode)."""
+        """Whether the controller is in its configuration mode (SJA1000: reset mode)."""
         values = {
             register.name: register.value for register in self.hub.registers(self.board.id, self.number)
         }
@@ -182,11 +182,11 @@ class Device:
         return not self.status().running
 
     def time_ms(self) -> int:
-        """CAN_TIME: milliseconds since the hub was started; 32 bits."""
+        """CAN_TIME: milliseconds since the hub was started, in 32 bits."""
         return can_time(self.hub.now_ns())
 
     def sends(self) -> bool:
-        """The line gets frames onto its bus, as far as it knows."""
+        """Whether the line can send: it is running, not listen-only, and not in bus-off."""
         status = self.status()
         listens = status.mode is not None and status.mode.listen_only
         return status.running and not listens and status.state != ErrorState.BUS_OFF
@@ -197,26 +197,26 @@ class Device:
         return f"candrv/{self.name}/{what}"
 
     def is_open(self) -> bool:
-        """Some handle shares the bell, of whatever access; one that was opened under another's control does not."""
+        """Whether a handle of any access shares the bell; one opened while a program held the control does not."""
         bell = Bell.find(self.hub, self._note("bell"))
         if bell is not None:
             bell.close()
         return bell is not None
 
     def _join(self) -> None:
-        """Share a bell with the other handles; where somebody keeps the control, ask the hub every time instead."""
+        """Share a bell with the other handles; while a program holds the control, ask the hub each time instead."""
         self._bell = Bell.find(self.hub, self._note("bell"))
         if self._bell is None and not self.status().control_holder:
             with suppress(InUse):
                 self._held(self._hang)
 
     def _hang(self, control: Control) -> None:
-        """The control keeps others from doing the same."""
+        """Find or make the bell; `control` prevents that two programs do so at the same time."""
         self._bell = Bell.find(self.hub, self._note("bell")) or Bell.make(self.hub, self._note("bell"))
 
     def _start(self, control: Control) -> None:
         status = self.status()
-        if not status.initialised:  # nobody was quicker
+        if not status.initialised:  # no other program has done so meanwhile
             control.initialise(self._mode(state_of(status, self.settings)))
         control.start()
 
@@ -230,7 +230,7 @@ class Device:
         control.start(abort_pending=False)
 
     def _mode(self, state: DeviceState, before: LineMode | None = None) -> LineMode:
-        """`before` has the timing to keep, and whether the line knows CAN FD: others may need that."""
+        """The line's mode for a state; it keeps the timing and the CAN FD settings of `before`, if given."""
         timing = before.timing if before is not None else None
         return LineMode(
             timing or self.controller.timing(state.rate),
@@ -250,7 +250,7 @@ class Device:
         )
 
     def _held(self, call: Callable[[Control], T]) -> T:
-        """With the line's control, for the length of the call; programs of this dialect wait for each other."""
+        """Run `call` with the line's control; programs of this dialect wait a moment for each other."""
         for pause_s in (*_PAUSES_S, None):
             try:
                 control = self.hub.open_control(self.board.id, self.number, kin=KIN)
@@ -265,21 +265,20 @@ class Device:
 
 
 def _given(**values: int | None) -> dict[str, int]:
-    """Those that are not None."""
+    """The values that are not None."""
     return {name: value for name, value in values.items() if value is not None}
 
 
 def unload(hub: Hub, name: str) -> None:
-    """What a restart of the board does: the line forgets its settings, the next open reads the registry anew.
-
-    Raises InUse while somebody has the device open, if only to look at it.
+    """Unload the driver, as a restart of the board does: the line loses its configuration, and the next open reads the
+    registry again. Raises InUse while a program has the device open, also without read and write access.
     """
     device = Device(hub, name)
     users = device.status().channels
     if users:
-        raise InUse(f"{name} {users} programs use its line; let them end first")
+        raise InUse(f"{name} {users} programs use its line; end them first")
     if device.is_open():
-        raise InUse(f"{name} a program has it open to query it; let it end first")
+        raise InUse(f"{name} a program has it open to query it; end that program first")
     with hub.open_control(device.board.id, device.number, kin=KIN) as control:
         control.reset()
     device.virtualize = False

@@ -1,4 +1,4 @@
-"""What all handles on a device share, and where it is: in the mode of the line behind it, and in that mode's note.
+"""The state that all handles on a device share: it is stored in the mode of its line, and in the note of that mode.
 
 Source: CANDRV manual, 7.9 (table 10), 8.13 to 8.18, 8.21, 8.23.
 """
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 _NOTE = struct.Struct("<4sBB")  # CAN mode, default format
 _MAGIC = b"CIDn"
-KIN = "CANDRV"  # whose programs may set each other's running lines up anew, as the manual has it
+KIN = "CANDRV"  # CANDRV programs may configure a line that another CANDRV program runs, as in the manual
 
 
 class DeviceState(NamedTuple):
-    """What all handles on a device share; `rate` in bit/s."""
+    """The state that all handles on a device share; `rate` is in bit/s."""
 
     rate: int
     mode: int = CanMode.CAN_2_0_A
@@ -31,7 +31,7 @@ class DeviceState(NamedTuple):
 
     @property
     def extended(self) -> bool:
-        """Whether messages without a format of their own are extended frames (table 10)."""
+        """Whether messages with FrameFormat.DEFAULT are extended frames (table 10)."""
         return self.extends(FrameFormat.DEFAULT)
 
     def extends(self, wanted: int) -> bool:
@@ -40,24 +40,27 @@ class DeviceState(NamedTuple):
         return self.mode == CanMode.CAN_2_0_B and chosen != FrameFormat.STD
 
     def to_note(self) -> bytes:
-        """What of it the line's mode itself does not say."""
+        """The part of the state that the line's mode does not contain, as bytes."""
         return _NOTE.pack(_MAGIC, self.mode, self.format)
 
 
 def state_of(status: LineStatus, settings: Settings) -> DeviceState:
-    """As the line is set up; one that only programs of other interfaces set up is in CAN2.0B; else what it will be."""
+    """The state of a line; before it is configured, the state from `settings`.
+
+    Without this dialect's note, the CAN mode is CAN2.0B if the line receives extended frames, else CAN2.0A.
+    """
     mode = status.mode
     if mode is None:
         return DeviceState(settings.baudrate, settings.can_mode_2b, settings.format)
     if mode.timing is None:
-        raise NotInitialised("the line is looking for its bit rate")
+        raise NotInitialised("the line is searching for its bit rate")
     can_mode, frame_format = int(CanMode.CAN_2_0_B if mode.extended else CanMode.CAN_2_0_A), 0
     can_mode, frame_format = _noted(mode.note) or (can_mode, frame_format)
     return DeviceState(mode.timing.bit_rate, can_mode, frame_format, mode.listen_only, mode.loop_back)
 
 
 def _noted(note: bytes) -> tuple[int, int] | None:
-    """CAN mode and default format; None where a note is not of this dialect, or says what cannot be."""
+    """CAN mode and default format from a note; None if it is not of this dialect, or invalid."""
     if len(note) != _NOTE.size or not note.startswith(_MAGIC):
         return None
     _, can_mode, frame_format = _NOTE.unpack(note)
@@ -71,9 +74,9 @@ def can_time(at_ns: int) -> int:
 
 
 def checked(name: str, value: int, kind: type[CanMode] | type[FrameFormat]) -> int:
-    """A number of this enumeration; raises BadValue."""
+    """The value, if it is in the enumeration; raises BadValue otherwise."""
     try:
         return int(kind(value))
     except ValueError:
         known = ", ".join(f"{int(one)} {one.name}" for one in kind)
-        raise BadValue(f"{name} {value}: {known}") from None
+        raise BadValue(f"{name} {value}: it must be one of {known}") from None

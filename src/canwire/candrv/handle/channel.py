@@ -1,5 +1,5 @@
-"""A handle's channel at the hub: its records become events, its messages become records. Whoever calls holds `lock`,
-but for `send` and `drain`, which take it. Source: CANDRV manual, 7.3, 7.4, 8.23.
+"""A handle's channel at the hub: it turns records into events, and messages into records. A caller holds `lock`, except
+for `send` and `drain`, which acquire it. Source: CANDRV manual, 7.3, 7.4, 8.23.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from canwire.candrv.device.device import Device
     from canwire.candrv.event_queue import EventQueue
 
-LEAST_RING = 4096  # records that the hub keeps until somebody looks
-OUTCOMES = 64  # records that say what became of messages, where nobody reads
-LINGER_S = 0.25  # without progress, then a closing handle gives up what it has not sent
+LEAST_RING = 4096  # records that the hub keeps until a call of the handle handles them
+OUTCOMES = 64  # records for the outcome of messages, on a handle without a receive channel
+LINGER_S = 0.25  # a closing handle discards its unsent messages after this time without progress
 _SLICE_S = 0.005
-_TRIES = 20  # to take back a message that is on the wire, so long
+_TRIES = 20  # attempts to take back a message that is on the wire
 
 
 class Sending(NamedTuple):
-    """Messages of a handle: `waiting` for the bus, `sent` on it, `given_up`."""
+    """Numbers of messages of a handle: `waiting` for the bus, `sent` on the bus, `given_up` (aborted)."""
 
     waiting: int
     sent: int
@@ -44,14 +44,14 @@ class Sending(NamedTuple):
 
 
 class Channel:
-    """`queue` None: nobody reads. In single message mode one message at a time is with the controller."""
+    """`queue` None: the handle does not read. In single message mode the controller has one message at a time."""
 
     def __init__(self, device: Device, queue: EventQueue | None, *, write: bool) -> None:
         settings = device.settings
         self._device = device
         self._hub = device.hub
         self._single = not settings.send_buffer_mode
-        self._asks = write and (queue is not None or self._single)  # what became of each message
+        self._asks = write and (queue is not None or self._single)  # it wants the outcome of each message
         self._counts_loaded = not settings.sent_on_wire
         self._register: Ticket | None = None  # with the controller, in single message mode
         self._stopped = False
@@ -74,7 +74,7 @@ class Channel:
             raise
 
     def _open(self, queue: EventQueue | None, transmit: int) -> LineStatus:
-        """The line as it was when the channel began to hear of changes."""
+        """Open the channel; returns the line's status at the moment when the channel began to receive changes."""
         reads = queue is not None
         size = max(LEAST_RING, 2 * queue.capacity) if queue is not None else OUTCOMES
         mode = ChannelMode(
@@ -85,7 +85,7 @@ class Channel:
             filter_size=0,
             siblings=Siblings.AS_BUS,
             events=EVENTS if reads else (int(EventKind.CHANGED),),
-            frames=reads or self._asks,  # without, nothing of the bus comes here
+            frames=reads or self._asks,  # if False, no frame of the bus is delivered
             fd=False,
             confirms=True,
             kin=KIN,
@@ -108,17 +108,17 @@ class Channel:
     # in
 
     def take(self) -> None:
-        """Take in what has come, and let others who wait for it look."""
+        """Handle the records that have arrived, and wake the threads that wait for them."""
         self.receiver.take(self._end)
         self.room.wake()
 
     def look(self) -> None:
-        """Take in what has come, if anything has."""
+        """Handle the records that have arrived, if there are any."""
         if self.reading.fill():
             self.take()
 
     def until(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Wait at most so many seconds until ready(), looking at what comes; raises what ended the channel."""
+        """Handle records until ready(), `timeout` seconds at most; raises the error that ended the channel."""
         return self._until(ready, self.room.deadline(timeout))
 
     def _until(self, ready: Callable[[], bool], deadline: int | None) -> bool:
@@ -140,9 +140,9 @@ class Channel:
     # out
 
     def send(self, key: Key, timeout: float | None, *, virtualize: bool) -> None:
-        """Hand a message over; in single message mode wait until it counts as sent.
+        """Queue a message; in single message mode wait until it counts as sent.
 
-        Raises ERROR_TIMEOUT: then it is not sent, but for one that was on the wire all the time.
+        Raises ERROR_TIMEOUT: then the message is not sent, unless it was on the wire during all of that time.
         """
         with self.lock:
             if self._stopped:
@@ -186,7 +186,7 @@ class Channel:
 
     def _send_single(self, key: Key, deadline: int | None, virtualize: bool) -> None:
         if not self._until(self._register_is_free, deadline):
-            raise timed_out(self._opened(), self._device.name, "the register is busy")
+            raise timed_out(self._opened(), self._device.name, "the controller still has another message")
         ticket = self._put(key, virtualize)
         assert ticket is not None
         self._register = ticket
@@ -202,17 +202,17 @@ class Channel:
             )
 
     def _register_is_free(self) -> bool:
-        """Nobody uses it, and the message before has left it (7.4), also one that counted as sent when loaded."""
+        """No thread uses the register, and the previous message has left it (7.4), also if it counted as sent."""
         if self._register is not None:
             return False
         if self.receiver.tickets and not self._opened().status().pending:
             self.look()
-            self.receiver.tickets.clear()  # what became of them was lost in a full channel
+            self.receiver.tickets.clear()  # their outcome was lost in a full channel
         return not self.receiver.tickets
 
     def _take_back(self, ticket: Ticket) -> None:
-        """Time has run out: what is not sent shall not be sent later."""
-        if self._counts_loaded:  # also without any time: the controller may have it as soon as the hub looks
+        """After a timeout: make sure that a message that is not sent is not sent later."""
+        if self._counts_loaded:  # even with a timeout of 0 the hub may give it to the controller first
             self._opened().status()
             waited = self._purge()
             self.look()
@@ -236,10 +236,10 @@ class Channel:
         return ticket
 
     def abort(self) -> int:
-        """Take back what waits; how many were given up at once.
+        """Abort the messages that wait; returns how many were aborted immediately.
 
-        One that is on the wire goes on, and is given up if it fails. The hub tells of each that the controller had,
-        and not of the others, which were sent last: so they are counted apart.
+        A message on the wire continues, and is aborted if it fails. The hub confirms each message that the controller
+        had; the others, which were queued last, are not confirmed and therefore counted separately.
         """
         waited = self._purge()
         count = waited + self._opened().cancel()
@@ -248,7 +248,7 @@ class Channel:
         return count
 
     def _purge(self) -> int:
-        """Take back what the controller has not been given; how many. The caller tells of them."""
+        """Abort the messages that the controller does not have; returns how many. The caller reports them."""
         return self._opened().cancel(loaded=False)
 
     def _forget(self, waited: int) -> None:
@@ -257,7 +257,7 @@ class Channel:
         self.room.wake()
 
     def sending(self) -> Sending:
-        """What has become of this channel's messages so far; nothing where there is none."""
+        """The outcome of the messages so far; zeros for a handle without a channel."""
         if self._channel is None:
             return Sending(0, 0, 0)
         with translated():
@@ -267,12 +267,12 @@ class Channel:
     # the end
 
     def stop(self) -> None:
-        """Nobody waits any longer."""
+        """End all waiting calls."""
         self._stopped = True
         self.room.wake()
 
     def drain(self) -> None:
-        """After `stop`: let go out what was written, while there is progress."""
+        """After `stop`: wait until all messages are sent, while there is progress."""
         if self._channel is None or not self._channel.status().pending or not self._device.sends():
             return
         left, deadline = self._channel.status().pending, self.room.deadline(LINGER_S)
@@ -286,7 +286,7 @@ class Channel:
                 return
 
     def close(self) -> None:
-        """Give the channel back; again: nothing."""
+        """Close the channel; a second call does nothing."""
         self._stopped = True
         if self._channel is not None:
             with suppress(CanwireError):

@@ -1,4 +1,4 @@
-"""What a handle of any access may ask and tell its device. All of it holds for every program that has it open.
+"""The controls of a device that a handle of any access offers. Settings apply to all programs with the device open.
 
 Source: CANDRV manual, 8.13 to 8.18, 8.21 to 8.29.
 """
@@ -19,21 +19,21 @@ T = TypeVar("T")
 
 
 class Controls:
-    """Every failure is a CandrvError with Win32's code."""
+    """The settings and commands of a device. Each failure raises a CandrvError with a Win32 code."""
 
     device: Device
 
     def check(self) -> None:
-        """Raises ERROR_INVALID_HANDLE once it is closed."""
+        """Raises ERROR_INVALID_HANDLE once the handle is closed."""
         raise NotImplementedError
 
     def abort(self) -> int:
-        """CANBUS_CMD_ABORT_TRANSMISSION; how many messages were given up."""
+        """CANBUS_CMD_ABORT_TRANSMISSION; returns how many messages were aborted."""
         raise NotImplementedError
 
     @property
     def baud_rate(self) -> int:
-        """bit/s. Setting it raises ERROR_INVALID_PARAMETER for a rate that the controller cannot make."""
+        """The bit rate in bit/s. Setting it raises ERROR_INVALID_PARAMETER if the controller cannot make that rate."""
         return self._tell(lambda device: device.state().rate)
 
     @baud_rate.setter
@@ -42,7 +42,10 @@ class Controls:
 
     @property
     def baud_rate_constant(self) -> int:
-        """The rate by its index in the properties' table, 0xFFFFFFFF for one that is not there; raises alike."""
+        """The index of the bit rate in the table of the properties, 0xFFFFFFFF for another rate.
+
+        Setting it raises ERROR_INVALID_PARAMETER for an index outside the table.
+        """
         return self._tell(lambda device: device.controller.index_of_rate(device.state().rate))
 
     @baud_rate_constant.setter
@@ -60,7 +63,7 @@ class Controls:
 
     @property
     def frame_format(self) -> FrameFormat:
-        """The format of messages that have none of their own."""
+        """The format of messages that are sent with FrameFormat.DEFAULT."""
         return FrameFormat(self._tell(lambda device: device.state().format))
 
     @frame_format.setter
@@ -69,35 +72,35 @@ class Controls:
 
     @property
     def virtualize(self) -> bool:
-        """Whether handles on this board receive what others on it send."""
+        """Whether handles on this board receive what other handles on it send."""
         return self._tell(lambda device: device.virtualize)
 
     def command(self, number: int) -> None:
-        """IOCTL_CAN_SET_COMMAND: a Command that the properties list."""
+        """IOCTL_CAN_SET_COMMAND: execute a Command that the properties list."""
         self._tell(lambda device: self._command(device, number))
 
     def time(self) -> int:
-        """CAN time now, in ms."""
+        """The present CAN time in ms."""
         return self._tell(lambda device: device.time_ms())
 
     def properties(self) -> CAN_PROPERTIES:
-        """What driver and controller can in the CAN mode of now."""
+        """The properties of driver and controller in the present CAN mode."""
         return self._tell(lambda device: device.controller.properties(device.state().mode))
 
     def initialise(self) -> None:
-        """IOCTL_CAN_INIT: set the controller up with its settings once more, as after a bus-off."""
+        """IOCTL_CAN_INIT: configure the controller with its settings again, for example after a bus-off."""
         self._tell(lambda device: device.initialise())
 
     def in_configuration_mode(self) -> bool:
-        """IOCTL_CAN_TEST_DEVICE."""
+        """Whether the controller is in its configuration mode (IOCTL_CAN_TEST_DEVICE)."""
         return self._tell(lambda device: device.in_configuration_mode())
 
     def read_register(self, address: int, *, reset_mode: bool = False) -> int:
-        """A register of the controller; in `reset_mode` as IOCTL_CAN_READ_REGISTER_RM does."""
+        """Read a register of the controller; with `reset_mode` in reset mode, as IOCTL_CAN_READ_REGISTER_RM does."""
         return self._tell(lambda device: device.read_register(address, reset_mode=reset_mode))
 
     def write_register(self, address: int, value: int, *, reset_mode: bool = False) -> None:
-        """Write one, with whatever that does to the driver."""
+        """Write a register of the controller; the driver does not check what effect that has."""
         self._tell(lambda device: device.write_register(address, value, reset_mode=reset_mode))
 
     def _command(self, device: Device, number: int) -> None:
@@ -109,7 +112,7 @@ class Controls:
             COMMANDS[command](device)
 
     def _tell(self, call: Callable[[Device], T]) -> T:
-        """The board was there when the handle was opened: where the hub does not know it any more, it was pulled."""
+        """Run `call`; a board that the hub no longer has was removed, since it was present when the handle opened."""
         self.check()
         with translated(opened=True):
             return call(self.device)
@@ -129,4 +132,4 @@ COMMANDS: dict[Command, Callable[[Device], object]] = {
     Command.VIRTUALIZE_ON: lambda device: _virtualize(device, True),
     Command.VIRTUALIZE_OFF: lambda device: _virtualize(device, False),
 }
-"""Those about the device; ABORT_TRANSMISSION is about a handle."""
+"""The commands for the device; ABORT_TRANSMISSION is for a handle."""

@@ -1,8 +1,8 @@
-"""An open handle on a device: messages out, events in, and the settings that are its own.
+"""An open handle on a device: it sends messages, receives events, and has its own filter, mask and timeouts.
 
-Any thread may use it, many at once; close it while others wait, and they leave with ERROR_OPERATION_ABORTED. The
-package has no thread: whoever calls moves what has come from the channel into the event queue, which is then as if a
-service thread had done so when it came. Source: CANDRV manual, chapters 7 and 8.
+Several threads may use a handle at the same time. If one closes it, the calls that wait end with
+ERROR_OPERATION_ABORTED. The package has no thread: the calling thread moves events from the channel into the event
+queue, with the same result as a service thread. Source: CANDRV manual, chapters 7 and 8.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 
 class Handle(Controls):
-    """What `candrv.open` and CreateFile give. Every failure is a CandrvError with Win32's code.
+    """The handle that `candrv.open` returns. Each failure raises a CandrvError with a Win32 code.
 
-    A handle opened with neither `read` nor `write` looks at the device and sets it up. As a Python text stream,
-    `print("731 0 4 11 22 33 44", file=handle)` sends a message; iterating gives events.
+    A handle opened with neither `read` nor `write` can query and configure the device. As in a Python text stream,
+    `print("731 0 4 11 22 33 44", file=handle)` sends a message; iterating yields events.
     """
 
     def __init__(self, device: Device, *, read: bool = True, write: bool = True, share: int = 3) -> None:
@@ -70,7 +70,7 @@ class Handle(Controls):
     # events
 
     def read_event(self) -> Event:
-        """The next event; waits as the read timeout says."""
+        """The next event; waits for the read timeout at most."""
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
         with channel.lock:
@@ -83,7 +83,7 @@ class Handle(Controls):
         return event
 
     def read_text(self, size: int | None = None) -> bytes:
-        """The next event as ReadFile gives it; one longer than `size` stays, and raises ERROR_INSUFFICIENT_BUFFER."""
+        """The next event as ReadFile's text; one longer than `size` raises ERROR_INSUFFICIENT_BUFFER and stays."""
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
         with channel.lock:
@@ -96,15 +96,15 @@ class Handle(Controls):
             text = format_event(event)
             if size is not None and len(text) > size:
                 raise CandrvError(
-                    Win32Error.ERROR_INSUFFICIENT_BUFFER, f"the event takes {len(text)} bytes, not {size}"
+                    Win32Error.ERROR_INSUFFICIENT_BUFFER, f"the event needs {len(text)} bytes, not {size}"
                 )
             queue.pop()
         return text
 
     def wait_comm_event(self, timeout: float | None = None) -> int:
-        """The type of the next event, which stays; waits without regard to the timeouts.
+        """The type of the next event, which stays in the queue; it ignores the handle's timeouts.
 
-        `timeout` in seconds is ours (None: for ever, as the manual has it); raises ERROR_TIMEOUT after it.
+        It waits `timeout` seconds, not in the manual, and then raises ERROR_TIMEOUT; None waits without limit.
         """
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
@@ -115,7 +115,7 @@ class Handle(Controls):
             return queue.peek()
 
     def __iter__(self) -> Iterator[Event]:
-        """Events until none comes within the read timeout, or the handle is closed."""
+        """Yields events until none arrives within the read timeout, or the handle is closed."""
         while True:
             try:
                 yield self.read_event()
@@ -127,7 +127,7 @@ class Handle(Controls):
 
     @property
     def waiting(self) -> int:
-        """Events in the queue now."""
+        """The number of events in the queue."""
         queue = self._queue if self._queue is not None else self._no_read()
         with self._channel.lock:
             self._look(self._channel)
@@ -136,10 +136,10 @@ class Handle(Controls):
     # messages
 
     def write(self, text: str | bytes | bytearray | memoryview) -> int:
-        """WriteFile: messages as text, one, several or a part of one; returns how much of it was used: all of it.
+        """WriteFile: send messages as text, one, several or a part of one; returns the number of characters, all used.
 
-        Each thread's parts are put together by themselves. Raises PartialWrite for text that is no message, of
-        which nothing is sent, and when time runs out: then the message in question is to be written again.
+        Parts are joined for each thread. Raises PartialWrite for text that is no message, which is not sent, and
+        after the write timeout: write that message again.
         """
         self._check_writable()
         return self._writer.write(ascii_of(text))
@@ -155,24 +155,24 @@ class Handle(Controls):
         dlc: int | None = None,
         fmt: int = FrameFormat.DEFAULT,
     ) -> None:
-        """Send one message, as IOCTL_CAN_WRITE_TRANSMIT_DATA does. `identifier` lies as Align says."""
+        """Send one message, as IOCTL_CAN_WRITE_TRANSMIT_DATA does. `identifier` is aligned by the entry Align."""
         self._check_writable()
         message = Message(identifier, int(rtr), len(data) if dlc is None else dlc, data)
         with translated():
             self._writer.send(message, fmt)
 
     def flush(self) -> None:
-        """For Python's text streams: nothing is kept back here."""
+        """Does nothing, since a handle has no buffered text; Python's text streams need this method."""
 
     def abort(self) -> int:
-        """CANBUS_CMD_ABORT_TRANSMISSION: take back all that waits, repeat nothing; how many were given up at once."""
+        """CANBUS_CMD_ABORT_TRANSMISSION: abort waiting messages and all repetition; returns how many it aborted."""
         self._check_writable()
         with translated(), self._channel.lock:
             return self._channel.abort()
 
     @property
     def sending(self) -> Sending:
-        """How many messages wait for the bus, have been on it, were given up: as the hub counts them."""
+        """The hub's count of messages that wait for the bus, that have been sent, and that were aborted."""
         self._check_writable()
         return self._channel.sending()
 
@@ -180,7 +180,7 @@ class Handle(Controls):
 
     @property
     def timeouts(self) -> COMMTIMEOUTS:
-        """SetCommTimeouts, GetCommTimeouts: milliseconds, 0 at once, INFINITE for ever. A copy: assign it back."""
+        """The timeouts of this handle, a copy: assign it to change them. 0 ms does not wait, INFINITE has no limit."""
         self.check()
         return COMMTIMEOUTS.unpack(self._timeouts.pack())
 
@@ -191,7 +191,7 @@ class Handle(Controls):
 
     @property
     def mask(self) -> int:
-        """SetCommMask, GetCommMask: the CanbusEvents that are recorded."""
+        """SetCommMask, GetCommMask: the CanbusEvents that the event queue stores."""
         queue = self._queue if self._queue is not None else self._no_read()
         self.check()
         return queue.mask
@@ -200,7 +200,7 @@ class Handle(Controls):
     def mask(self, mask: int) -> None:
         queue = self._queue if self._queue is not None else self._no_read()
         with translated(), self._channel.lock:
-            self._look(self._channel)  # what came before is judged by the mask before
+            self._look(self._channel)  # the previous mask applies to earlier events
             queue.mask = mask
             self._channel.room.wake()
 
@@ -229,15 +229,15 @@ class Handle(Controls):
     # the rest
 
     def stream(self) -> EventStream:
-        """Lines of text, an event each; what is written to it goes to WriteFile. Closing it closes the handle."""
+        """A text file whose lines are events, and whose `write` sends messages. Closing it closes the handle."""
         self.check()
         return EventStream(self)
 
     def close(self) -> None:
-        """Give back the channels; who waits leaves with ERROR_OPERATION_ABORTED. A second time does nothing.
+        """Close the handle; calls that wait raise ERROR_OPERATION_ABORTED. A second call does nothing.
 
-        Messages in the send buffer still go out, as long as there is progress: what has waited for a quarter of a
-        second without any is given up.
+        Messages in the send buffer are still sent while there is progress: after a quarter of a second without
+        progress they are discarded.
         """
         channel = self._channel
         with channel.lock:
@@ -271,14 +271,14 @@ class Handle(Controls):
     # its own
 
     def _look(self, channel: Channel) -> None:
-        """Take in what has come. The caller holds the lock."""
+        """Handle what has arrived. The caller holds the lock."""
         if self._closed:
             self.check()
         if channel.reading.fill():
             channel.take()
 
     def _await(self, channel: Channel, timeout: float | None = None, *, by_timeouts: bool = True) -> None:
-        """Until an event is in the queue; the caller holds the lock."""
+        """Wait until an event is in the queue. The caller holds the lock."""
         queue = self._queue
         if by_timeouts:
             timeout = seconds(self._timeouts.ReadTotalTimeoutConstant)

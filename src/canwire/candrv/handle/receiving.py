@@ -1,6 +1,6 @@
-"""From records of a channel to events of a handle: filters, the outcome of what was sent, changes of state.
+"""Turns the records of a channel into a handle's events: filters, the outcome of sent messages, changes of state.
 
-No locks and no waiting: the handle sees to that. Source: CANDRV manual, 7.5 to 7.9, 8.20, 8.23.
+This module neither locks nor waits: the handle does. Source: CANDRV manual, 7.5 to 7.9, 8.20, 8.23.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ RECORD = struct.Struct("<QII8s56x")
 REMOTE, EXTENDED = 1 << 22, 1 << 23
 DLC_SHIFT = 16
 _MESSAGE_BITS = 0xF << DLC_SHIFT | REMOTE | EXTENDED
-_STATE_AT = 2  # of an event's data: its ErrorState, with a bit for who sends
+_STATE_AT = 2  # index in an event's data of its ErrorState, with a bit for the sender
 _STATE_BITS = 0x7F
 _LEVEL = {ErrorState.ERROR_WARNING: 1, ErrorState.ERROR_PASSIVE: 2, ErrorState.BUS_OFF: 3}
 _STEPS = (CanbusEvent.WARNING, CanbusEvent.PASSIVE, CanbusEvent.BUS_ERROR)
@@ -37,14 +37,14 @@ _PLAIN = {
     int(EventKind.WOKEN): CanbusEvent.LEAVING_STANDBY,
 }
 EVENTS = (*_PLAIN, int(EventKind.STATE))
-"""What a receive channel wants to hear of; ABORTED comes to whom it concerns."""
+"""The events that a receive channel asks the hub for; ABORTED always goes to the channel that sent the message."""
 _STATE, _CHANGED, _ABORTED = int(EventKind.STATE), int(EventKind.CHANGED), int(EventKind.ABORTED)
 _RECEIVED = int(CanbusEvent.RECEIVED)
 _event = tuple.__new__  # Event's own __new__ takes twice as long
 
 
 class Key(NamedTuple):
-    """What tells messages apart: identifier, DLC and format bits, data."""
+    """What distinguishes messages: identifier, DLC and format bits, data."""
 
     identifier: int
     info: int
@@ -52,20 +52,20 @@ class Key(NamedTuple):
 
 
 class Ticket:
-    """A message on its way; `done` once it counts as sent or was `aborted`."""
+    """A message that was queued; `done` is True once it counts as sent or was `aborted`."""
 
     __slots__ = ("aborted", "done", "key", "loaded")
 
     def __init__(self, key: Key, *, counts_loaded: bool) -> None:
         self.key = key
         self.done = self.aborted = False
-        self.loaded = not counts_loaded  # the controller's taking it is told, and means nothing any more
+        self.loaded = not counts_loaded  # whether the confirmation of loading has arrived, or is not expected
 
 
 class Receiver:
-    """What one handle makes of its channel's records. `queue` None: nobody reads, only outcomes count.
+    """Turns the records of one handle's channel into events. `queue` None: only the outcome of messages matters.
 
-    `look` tells the state of the device, anew after each change of it.
+    `look` returns the state of the device; it is called again after each change.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Receiver:
         self._shifts = ID_SHIFT[align]
 
     def take(self, end: RingEnd) -> None:
-        """Everything that waits in the channel becomes events, or is lost, as if it had been taken when it came."""
+        """Turn all records in the channel into events, or count them as lost, as if each were handled on arrival."""
         ring = end.ring
         count = 0
         for block in ring.acquire(ring.capacity):
@@ -99,13 +99,13 @@ class Receiver:
         if count:
             ring.release(count)
         lost = ring.lost
-        if lost != self._ring_lost:  # nobody looked for so long that the channel itself was full
+        if lost != self._ring_lost:  # no call handled records for so long that the channel was full
             if self.queue is not None:
                 self.queue.lose(lost - self._ring_lost)
             self._ring_lost = lost
 
     def gave_up(self, count: int, at_ns: int) -> None:
-        """So many of the messages sent last were taken back before the controller had them."""
+        """Report that the last `count` messages were aborted before the controller had them."""
         dropped = [self.tickets.pop() for _ in range(min(count, len(self.tickets)))]
         for ticket in reversed(dropped):
             self._abort(ticket, at_ns)
@@ -142,12 +142,12 @@ class Receiver:
                 self._abort(self.tickets.popleft(), at_ns)
         elif kind in _PLAIN:
             if kind == _CHANGED:
-                with suppress(CanwireError):  # whoever calls finds out by itself
+                with suppress(CanwireError):  # the caller's next request raises it
                     self.state = self._look()
             self._post(_PLAIN[kind], at_ns)
 
     def _move(self, level: int, at_ns: int) -> None:
-        """Each step down is told once, also where the controller took two at a time."""
+        """Report each error level once, also if the controller passed two levels in one step."""
         for step in range(self._level, level):
             self._post(_STEPS[step], at_ns)
         self._level = level
@@ -157,7 +157,7 @@ class Receiver:
             self.queue.push(Event(int(event), can_time(at_ns)))
 
     def _confirmed(self, key: Key, at_ns: int) -> None:
-        """The controller took a message, or it was on the bus: which of both is told in this order."""
+        """The controller has loaded a message, or has sent it: the confirmations arrive in this order."""
         ticket = self._ticket(key)
         if ticket is None:
             return
@@ -171,7 +171,7 @@ class Receiver:
                 self._post_message(CanbusEvent.TRANSMITTED, key, at_ns)
 
     def _ticket(self, key: Key) -> Ticket | None:
-        """The oldest message that looks so; those before it have lost their confirmation in a full channel."""
+        """The oldest message with this key; the confirmations of those before it were lost in a full channel."""
         tickets = self.tickets
         if tickets and tickets[0].key == key:
             return tickets[0]
@@ -182,7 +182,7 @@ class Receiver:
         return tickets[0]
 
     def _abort(self, ticket: Ticket, at_ns: int) -> None:
-        """Not told of one that has counted as sent, when the controller took it."""
+        """Report an aborted message, unless it counted as sent when the controller loaded it."""
         if not ticket.done:
             ticket.done = ticket.aborted = True
             self._post_message(CanbusEvent.ABORTED, ticket.key, at_ns)

@@ -1,4 +1,4 @@
-"""A handle as a text file: each event is a line, what is written are messages. The manual does so with fprintf."""
+"""A handle as a text file: each event is a line, and written text is messages, as in the manual with fprintf."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ _THE_END = (Win32Error.ERROR_TIMEOUT, Win32Error.ERROR_OPERATION_ABORTED)
 
 
 class TextHandle(Protocol):
-    """What a stream needs of a handle."""
+    """What a stream needs from a handle."""
 
     readable: bool
     writable: bool
 
     @property
     def name(self) -> str:
-        """Its device's."""
+        """The name of its device."""
 
     def read_text(self) -> bytes:
-        """The next event, as text."""
+        """The next event as text."""
 
     def write(self, text: str) -> int:
-        """Messages as text; how much of it was used."""
+        """Send messages as text; returns how many characters were used."""
 
     def close(self) -> None:
-        """Give it back."""
+        """Close the handle."""
 
 
 class EventStream(io.TextIOBase):
-    """`readline` gives one event as ReadFile does, the line break inside of one with data included.
+    """`readline` returns one event as ReadFile does, with the line break inside an event that has data.
 
-    It ends when no event comes within the read timeout, or the handle is closed.
+    The stream ends when no event arrives within the read timeout, or when the handle is closed.
     """
 
     def __init__(self, handle: TextHandle) -> None:
@@ -56,7 +56,7 @@ class EventStream(io.TextIOBase):
         return self.handle.writable
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
-        """The next event; `size` is for files that can hand out halves, and means nothing here."""
+        """The next event; `size` is ignored, since an event is not split."""
         if self.closed:
             raise ValueError("I/O operation on closed file")
         try:
@@ -67,7 +67,7 @@ class EventStream(io.TextIOBase):
             raise
 
     def read(self, size: int | None = -1, /) -> str:
-        """Everything up to the end."""
+        """All events until the stream ends; `size` is ignored."""
         return "".join(iter(self.readline, ""))
 
     def write(self, text: str, /) -> int:

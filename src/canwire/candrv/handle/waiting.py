@@ -1,7 +1,7 @@
-"""Threads that wait for what a handle's channel brings: one of them sleeps, and wakes the others.
+"""Threads that wait for records of a handle's channel: one of them sleeps on the channel's event, and wakes the others.
 
-No thread of its own: whoever waits looks at what has come, for everybody. On a hub in virtual time waiting lets that
-time pass.
+A handle has no service thread: a thread that waits handles the records for all. On a hub in virtual time, time passes
+while a thread waits.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class WaitingRoom:
-    """`lock` is over everything that the threads share; `until` gives it up while it sleeps.
+    """`lock` protects everything that the threads share; `until` releases it while it sleeps.
 
-    `arm` has `event` signalled by the next thing that comes, or at once if something came since the last look.
+    `arm` makes the next record signal `event`; it signals it immediately if a record has arrived since the last check.
     """
 
     def __init__(self, hub: Hub) -> None:
@@ -36,15 +36,15 @@ class WaitingRoom:
         self._closed = False
 
     def deadline(self, timeout: float | None) -> int | None:
-        """When so many seconds of the hub's time are over, in ns; None: never."""
+        """The time in ns at which `timeout` seconds of the hub's time are over; None: no deadline."""
         return None if timeout is None else self._now() + round(timeout * 1e9)
 
     def passed(self, deadline: int | None) -> bool:
-        """The time is over."""
+        """Whether the deadline has passed."""
         return deadline is not None and self._now() >= deadline
 
     def until(self, ready: Callable[[], bool], deadline: int | None, arm: Callable[[], object]) -> bool:
-        """Wait until ready(), which may raise, at most until the deadline; was it? The caller holds the lock."""
+        """Wait for ready(), which may raise, until the deadline; returns its result. The caller holds the lock."""
         if ready():
             return True
         self._waiting += 1
@@ -67,13 +67,13 @@ class WaitingRoom:
                 self.event.close()
 
     def wake(self) -> None:
-        """Something changed: let those who wait look again. The caller holds the lock."""
+        """After a change: have the waiting threads check again. The caller holds the lock."""
         if self._waiting:
             self.event.set()
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Wake everybody for the last time; what they wait for has to raise. The caller holds the lock."""
+        """Wake all threads for the last time; their ready() must raise then. The caller holds the lock."""
         self.wake()
         if not self._closed:
             self._closed = True
@@ -91,7 +91,7 @@ class WaitingRoom:
         if virtual and self._deadlines:
             left = max(0, min(self._deadlines) - self._now()) / 1e9
         self._sleeps = True
-        try:  # a signal's exception may come behind each call here, and must leave the lock held
+        try:  # a signal may raise after each of these calls, and the lock must then be held
             self.lock.release()
             self.event.wait(left)
         finally:
@@ -102,7 +102,7 @@ class WaitingRoom:
                 self._changed.notify_all()
 
     def _await_turn(self, left: float | None) -> None:
-        """One time with other programs: each thread waits for itself, since time waits for each."""
+        """In lockstep: each thread waits on its own, since the hub's time waits for each of them."""
         try:
             self.lock.release()
             if not self.event.is_set():
@@ -116,6 +116,6 @@ class WaitingRoom:
 
 
 def timed_out(channel: HubChannel, device: str, what: str) -> CandrvError:
-    """ERROR_TIMEOUT, with what keeps a real adapter off its bus where that is the reason."""
+    """ERROR_TIMEOUT, with the obstacle that keeps a real adapter off its bus, if there is one."""
     why = channel.hub.line_status(channel.board, channel.line).obstacle
     return CandrvError(Win32Error.ERROR_TIMEOUT, f"{device} {what}{f': {why}' if why else ''}")

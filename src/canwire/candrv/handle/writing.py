@@ -1,4 +1,4 @@
-"""Messages of a handle on their way out: from text or structures to frames.
+"""Converts the messages that a handle sends, as text or structures, into frames.
 
 Source: CANDRV manual, 7.8, 7.9, 8.3, 8.5, 8.19.
 """
@@ -24,7 +24,7 @@ _LONGEST_DLC = 15
 
 
 class PartialWrite(CandrvError):
-    """A text write that failed; `written` characters of the call's were used before."""
+    """A write of text that failed; `written` is the number of characters used before the failure."""
 
     def __init__(self, code: int, what: str = "", written: int = 0) -> None:
         super().__init__(code, what)
@@ -32,14 +32,14 @@ class PartialWrite(CandrvError):
 
 
 class _Parsers(threading.local):
-    """A message may come in several writes; those of other threads do not get in between."""
+    """One parser for each thread: a message in several writes is not mixed with those of other threads."""
 
     def __init__(self) -> None:
         self.parser = MessageParser()
 
 
 class Writer:
-    """What a handle sends with its channel, waiting as its `timeouts` say."""
+    """Sends a handle's messages on its channel, and waits according to its `timeouts`."""
 
     def __init__(self, device: Device, channel: Channel, timeouts: COMMTIMEOUTS) -> None:
         self.timeouts = timeouts
@@ -48,7 +48,7 @@ class Writer:
         self._parsers = _Parsers()
 
     def write(self, text: bytes) -> int:
-        """Messages in text; how much of it was used. Raises PartialWrite."""
+        """Send the messages in a text; returns how many characters were used. Raises PartialWrite."""
         parser, used = self._parsers.parser, 0
         try:
             while True:
@@ -66,16 +66,17 @@ class Writer:
     def send(self, message: Message, fmt: int) -> None:
         channel, virtualize = self._channel, self._device.virtualize
         with channel.lock:
-            channel.look()  # the device may have been set up anew
+            channel.look()  # another program may have changed the device's configuration
             key = self._key(message, fmt)
         channel.send(key, self._write_timeout(message.dlc), virtualize=virtualize)
 
     def _key(self, message: Message, fmt: int) -> Key:
-        """The frame of a message; raises CandrvError, BadFrame for what is none."""
+        """The frame for a message; raises CandrvError or BadFrame for an invalid message."""
         identifier, rtr, dlc, data = message
         if fmt not in (0, 1, 2) or rtr not in (0, 1) or not 0 <= dlc <= _LONGEST_DLC:
             raise CandrvError(
-                Win32Error.ERROR_INVALID_PARAMETER, f"fmt {fmt}, rtr {rtr}, dlc {dlc}: 0..2, 0..1 and 0..15"
+                Win32Error.ERROR_INVALID_PARAMETER,
+                f"fmt {fmt}, rtr {rtr}, dlc {dlc}: not in 0..2, 0..1 and 0..15",
             )
         if not rtr and len(data) < min(dlc, 8):
             raise CandrvError(
@@ -87,7 +88,7 @@ class Writer:
         return Key(right, info, (b"" if rtr else data[: min(dlc, 8)]).ljust(8, b"\0"))
 
     def _write_timeout(self, dlc: int) -> float | None:
-        """Multiplier * DLC + constant."""
+        """The write timeout in seconds, multiplier * DLC + constant; None: without limit."""
         timeouts = self.timeouts
         multiplier, constant = timeouts.WriteTotalTimeoutMultiplier, timeouts.WriteTotalTimeoutConstant
         if constant == INFINITE or (multiplier == INFINITE and dlc):
@@ -96,12 +97,12 @@ class Writer:
 
 
 def seconds(milliseconds: int) -> float | None:
-    """A timeout; INFINITE is None."""
+    """A timeout in seconds; None for INFINITE."""
     return None if milliseconds == INFINITE else milliseconds / 1000
 
 
 def ascii_of(text: str | bytes | bytearray | memoryview) -> bytes:
-    """Plain ASCII; what is none is a question mark, and so no hex digit."""
+    """The text as ASCII; other characters become question marks, which are no hex digits."""
     if isinstance(text, str):
         return text.encode("ascii", "replace")
     return bytes(text)

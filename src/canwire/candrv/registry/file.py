@@ -1,8 +1,8 @@
-"""[candrv.*] in a TOML file: read it, and change single lines of it. Everything else stays as it was, comments too.
+"""[candrv.*] in a TOML file: reads it, and changes single lines. All other lines and comments stay as they are.
 
-A change is written beside the file and put in its place at once; when the file is not what it was when it was
-read, it is read again. What the file says is compared before and after: forms that cannot be changed line by line
-(inline tables, dotted keys) are refused.
+A change is written to a temporary file, which then replaces the file in one step. If another program has changed the
+file meanwhile, the file is read again. The contents before and after are compared: forms that cannot be changed line by
+line (inline tables, dotted keys) are refused.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ATTEMPTS = 20
 
 
 class Statement(NamedTuple):
-    """A header, a key with its value, or a blank or comment line: characters `start` to `end` of the text."""
+    """A header, a key with its value, a blank line or a comment line: the characters `start` to `end` of the text."""
 
     start: int
     end: int
@@ -35,7 +35,7 @@ class Statement(NamedTuple):
 
 
 def load(path: Path) -> tuple[str, dict[str, dict[str, Value]] | None]:
-    """The file's text, and what [candrv] has; None if there is no such table. Raises BadConfig."""
+    """The file's text, and the content of [candrv], which is None without such a table. Raises BadConfig."""
     try:
         text = path.read_bytes().decode("utf-8")
     except FileNotFoundError:
@@ -59,7 +59,7 @@ def _section(data: dict[str, Any], path: Path) -> dict[str, dict[str, Value]] | 
     if found is not None and not (
         isinstance(found, dict) and all(isinstance(one, dict) for one in found.values())
     ):
-        raise BadConfig(f"{path}: {SECTION} takes a table for each device, [{SECTION}.CID1]")
+        raise BadConfig(f"{path}: {SECTION} must have a table for each device, like [{SECTION}.CID1]")
     return found
 
 
@@ -67,7 +67,7 @@ Change = Callable[[dict[str, dict[str, Value]] | None], dict[str, dict[str, Valu
 
 
 def change(path: Path, wanted: Change) -> None:
-    """Make [candrv] what `wanted` makes of it. Raises BadConfig if the file cannot be changed so."""
+    """Change [candrv] to what `wanted` returns for its content. Raises BadConfig if that is impossible."""
     real = Path(os.path.realpath(path))
     for _ in range(_ATTEMPTS):
         text, before = load(real)
@@ -82,7 +82,7 @@ def change(path: Path, wanted: Change) -> None:
             unharmed = False
         if not unharmed:
             raise BadConfig(
-                f"{path}: [{SECTION}.*] is written in a way only an editor can change; use plain tables"
+                f"{path}: [{SECTION}.*] has a form that only an editor can change; write plain tables"
             )
         if _replaced(real, text, new):
             return
@@ -90,7 +90,7 @@ def change(path: Path, wanted: Change) -> None:
 
 
 def _replaced(path: Path, text: str, new: str) -> bool:
-    """Put the new text in the file's place, unless it has changed meanwhile."""
+    """Replace the file by the new text; False if the file has changed meanwhile."""
     try:
         descriptor, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         try:
@@ -135,7 +135,7 @@ def _edited(text: str, before: dict[str, dict[str, Value]] | None, after: dict[s
 
 
 def shown(value: Value) -> str:
-    """A number, or a basic string of TOML."""
+    """A value in TOML: a number, or a basic string."""
     if isinstance(value, int):
         return str(value)
     escaped = re.sub(r'[\x00-\x1f\x7f"\\]', lambda found: f"\\u{ord(found[0]):04X}", value)
@@ -149,7 +149,7 @@ def _appended(text: str, table: str, newline: str) -> str:
 
 
 def _tables(text: str) -> list[tuple[str | None, int, int]]:
-    """Tables of [candrv]: name ("" the section itself, None another table), start and end of the text under it."""
+    """All tables: name ("" for [candrv], None outside it), and start and end of the table's text."""
     found: list[tuple[str | None, int, int]] = []
     for statement in statements(text):
         line = text[statement.start : statement.end]
@@ -171,7 +171,7 @@ def _without_table(text: str, device: str, *, keep_section: bool) -> str:
     trailing = re.search(r"(?:^[ \t]*(?:#[^\n]*)?\r?\n)*\Z", text[start:end], re.MULTILINE)
     kept = (
         text[start + trailing.start() : end] if trailing else ""
-    )  # comments before the next table are its own
+    )  # comments before the next table belong to that
     has_section = any(name == "" for name, _, _ in _tables(text))
     newline = "\r\n" if "\r\n" in text else "\n"
     section = f"[{SECTION}]{newline}" if keep_section and not has_section else ""
@@ -179,7 +179,7 @@ def _without_table(text: str, device: str, *, keep_section: bool) -> str:
 
 
 def _keys(text: str, device: str) -> dict[str, tuple[Statement, int]]:
-    """Statements of a table by their key, and where the value begins."""
+    """The statements of a table by their key, with the position at which the value begins."""
     start, end = _table(text, device)
     found = {}
     for statement in statements(text[start:end]):
@@ -215,7 +215,7 @@ _PIECE = re.compile(
 
 
 def statements(text: str) -> list[Statement]:
-    """The text's statements; strings and arrays may go over several lines."""
+    """The statements of a text; strings and arrays may extend over several lines."""
     found: list[Statement] = []
     start = depth = 0
     value_end = 0

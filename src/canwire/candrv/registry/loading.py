@@ -1,7 +1,7 @@
-"""What loads the driver of a device: its registry entries, its CAN port, its controller.
+"""Loading the driver of a device: its registry entries, its CAN port, its controller.
 
-A driver is loaded once: whoever opens its device first has the hub remember the registry's entries, in a note, and
-they count for all programs until `unload`.
+A driver is loaded once: the program that opens its device first stores the registry's entries in a note of the hub, and
+they apply to all programs until `unload`.
 Source: CANDRV manual, chapter 6, 8.1; rulings.md 17.
 """
 
@@ -24,15 +24,15 @@ CAN_CTRL_SJA1000 = 5  # reference/vci.md section 3
 
 
 def usual_store() -> RegistryStore:
-    """The registry in CANWIRE_CONFIG's file, or canwire.toml here."""
+    """The registry in the file that CANWIRE_CONFIG names, or in canwire.toml of the current directory."""
     return RegistryStore(os.environ.get("CANWIRE_CONFIG") or "canwire.toml")
 
 
 def find_port(boards: tuple[BoardInfo, ...], settings: Settings) -> tuple[BoardInfo, int]:
-    """The board and line that a device drives.
+    """The board and the number of the line that a device drives.
 
-    CAN lines of the board that the entry Board names by its hardware id or kind, else of all boards of CANDRV's
-    kinds in the order of their plugging; DeviceArrayIndex counts them. Raises NoSuchBoard.
+    The entry DeviceArrayIndex is an index into the CAN lines of the board that the entry Board names by its hardware
+    id or kind, or else of all boards of CANDRV's kinds in the order in which they were plugged in. Raises NoSuchBoard.
     """
     wanted = settings.board
     chosen = [
@@ -50,13 +50,13 @@ def find_port(boards: tuple[BoardInfo, ...], settings: Settings) -> tuple[BoardI
         what = f"board {wanted!r}" if wanted else f"board of the kinds {', '.join(CONTROLLERS)}"
         there = ", ".join(f"{board.hardware_id} ({board.kind})" for board in boards) or "none"
         raise NoSuchBoard(
-            f"{settings.device} CAN port {settings.device_array_index} of a {what}: plugged in are {there}"
+            f"{settings.device} needs CAN port {settings.device_array_index} of a {what}; plugged in: {there}"
         )
     return ports[settings.device_array_index]
 
 
 def loaded(hub: Hub, name: str, store: RegistryStore) -> Settings:
-    """What the driver was loaded with; loads it if it was not."""
+    """The settings with which the driver was loaded; loads it if necessary. Raises NoSuchBoard, InUse."""
     note = hub.note(settings_note(name))
     if note:
         return Settings.of(json.loads(note), name.removesuffix(":"))
@@ -73,7 +73,7 @@ def loaded(hub: Hub, name: str, store: RegistryStore) -> Settings:
 
 
 def _loaded_on(board: BoardInfo, hub: Hub, devices: Iterable[Settings]) -> list[Settings]:
-    """Those whose drivers are loaded, on this board: each board has an SPI port of its own."""
+    """The settings of the devices on this board whose drivers are loaded: each board has its own SPI port."""
     boards, found = hub.boards(), []
     for other in devices:
         if hub.note(settings_note(other.device)):
@@ -88,7 +88,7 @@ def settings_note(name: str) -> str:
 
 
 def controller_on(board: BoardInfo, line: LineInfo) -> Controller:
-    """That of CANDRV's boards; of others what their line says of itself."""
+    """The controller on a board of CANDRV; on another board a controller with the capabilities of the line."""
     if board.kind in CONTROLLERS:
         return CONTROLLERS[board.kind]
     can = line.capabilities

@@ -1,4 +1,4 @@
-"""Windows' .reg files: the entries of CANDRV's devices in them, as a remote registry editor exports them.
+"""Windows' .reg files: reads the entries of CANDRV's devices, as a remote registry editor exports them.
 
     Windows Registry Editor Version 5.00
 
@@ -6,7 +6,7 @@
     "Baudrate"=dword:0007a120
     "FriendlyName"="PicoCOM CAN driver"
 
-Of a line `"Entry"=-` the default counts again; `[-HKEY_LOCAL_MACHINE\\...\\CID1]` takes the device away.
+A line `"Entry"=-` restores the default; `[-HKEY_LOCAL_MACHINE\\...\\CID1]` removes the device.
 Source: CANDRV manual, 6.2; Microsoft, "How to add, modify, or delete registry subkeys and values by using
 a .reg file".
 """
@@ -32,7 +32,7 @@ _TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
 class _Entry(NamedTuple):
-    """`"name"=value` of a key, and where it stands."""
+    """`"name"=value` under a key; `place` is its file and line."""
 
     name: str
     value: str
@@ -40,9 +40,9 @@ class _Entry(NamedTuple):
 
 
 class Imported(NamedTuple):
-    """`devices`: what is stored, by table and entry (None: its default); None for a device that is taken away.
+    """`devices`: the values to store, by table and entry (None: the default); None for a device to remove.
 
-    `skipped`: what was read and has no place here, in words.
+    `skipped`: the keys and entries that do not belong to CANDRV.
     """
 
     devices: dict[str, dict[str, Value | None] | None]
@@ -50,7 +50,7 @@ class Imported(NamedTuple):
 
 
 def load(path: Path) -> Imported:
-    """Raises BadConfig, with the line, for a file that is none, and for entries of CANDRV with impossible values."""
+    """Reads a file; raises BadConfig, with the line, if it is no .reg file or a CANDRV entry has an invalid value."""
     found, key, entries = Imported({}, []), "", list[_Entry]()
     for number, line in enumerate(_lines(path), 2):
         place = f"{path}:{number}"
@@ -66,7 +66,7 @@ def load(path: Path) -> Imported:
 
 
 def _lines(path: Path) -> list[str]:
-    """Lines behind the first one, which says what the file is; continued ones are put together."""
+    """The lines after the first, which is the file's signature; continued lines are joined."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -83,7 +83,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _store(found: Imported, key: str, entries: list[_Entry]) -> None:
-    """What stands under a key, if it is one of CANDRV's devices."""
+    """Store the entries under a key, if it is a device of CANDRV."""
     device = _DEVICE.fullmatch(key)
     if device is None or not _is_candrv(device[2], entries):
         if key:
@@ -108,7 +108,7 @@ def _store(found: Imported, key: str, entries: list[_Entry]) -> None:
 
 
 def _is_candrv(key: str, entries: list[_Entry]) -> bool:
-    """By its library; a key without one by its name, like CID1."""
+    """Whether a key is a device of CANDRV: by its entry Dll, or without that by its name, like CID1."""
     for name, value, _ in entries:
         if name.lower() == "dll":
             return "candrv" in value.lower()
@@ -120,7 +120,7 @@ def _value(text: str) -> Value:
         return int(number[1], 16)
     if string := _TEXT.fullmatch(text):
         return _unescaped(string[1])
-    raise BadValue(f"{text!r:.60}: a text in quotes, dword: and hex, or - for the default")
+    raise BadValue(f"{text!r:.60}: write a text in quotes, dword: and a hex number, or - for the default")
 
 
 def _unescaped(text: str) -> str:

@@ -1,11 +1,12 @@
-"""The registry: where the entries of chapter 6 are stored, device by device.
+"""The registry: it stores the entries of chapter 6 for each device.
 
     store = RegistryStore("canwire.toml")
     store.set("CID1", "Baudrate", 500_000)  # [candrv.CID1] Baudrate = 500000
     store.settings("CID1").baudrate
 
-Settings act when the device is started the next time. A file without [candrv] has the pre-installed CID1 with the
-manual's defaults; with it, only what it lists. Prefix and Index left out follow the table's name.
+Settings take effect when the driver is loaded the next time. A file without [candrv] has the pre-installed CID1 with
+the manual's defaults; a file with [candrv] has only the devices that it lists. The defaults of Prefix and Index follow
+the table's name.
 Source: CANDRV manual, chapters 5 and 6; rulings.md 17.
 """
 
@@ -32,25 +33,25 @@ from canwire.candrv.registry.settings import (
 __all__ = ["ROWS", "RegistryStore", "Row", "Settings", "check_devices", "check_spi", "row_of"]
 
 SHARE_SPI = frozenset({"picocom1", "picocom2", "picocom4"})
-"""Boards whose CAN controller hangs on the SPI port that programs may use, too (chapter 5)."""
+"""Boards whose CAN controller is connected to an SPI port that programs may use, too (chapter 5)."""
 
 
 class RegistryStore:
-    """The devices in a file. Every call reads the file anew, so that all programs see the same; nothing is kept open.
+    """The devices in a file. Each call reads the file again, so that all programs see the same; no file stays open.
 
-    Raises BadConfig for a file that makes no sense, BadValue for impossible names and values.
+    Raises BadConfig for an invalid file, BadValue for invalid names and values.
     """
 
     def __init__(self, path: str | Path = "canwire.toml") -> None:
         self.path = Path(path)
 
     def devices(self) -> list[str]:
-        """The devices' tables in the order they are loaded."""
+        """The names of the devices' tables, in the order in which their drivers are loaded."""
         orders = {name: self.settings(name).order for name in self._tables()}
         return sorted(orders, key=lambda name: (orders[name], name))
 
     def all_settings(self) -> dict[str, Settings]:
-        """Settings by device name (`CID1:`), in the order they are loaded; raises BadConfig if two have one name."""
+        """Settings by device name (`CID1:`), in loading order; raises BadConfig if two devices have the same name."""
         found: dict[str, Settings] = {}
         for table in self.devices():
             settings = self.settings(table)
@@ -60,33 +61,33 @@ class RegistryStore:
         return found
 
     def stored(self, device: str) -> dict[str, Value]:
-        """What the file has of a device."""
+        """The entries of a device that the file contains."""
         tables = self._tables()
         return dict(tables[_known(device, tables)])
 
     def settings(self, device: str) -> Settings:
-        """What the device is started with the next time."""
+        """The settings with which the device's driver is loaded the next time."""
         try:
             return Settings.of(self.stored(device), _table_name(device))
         except BadValue as error:
             raise BadConfig(f"{self.path}: [candrv.{_table_name(device)}]: {error}") from None
 
     def get(self, device: str, name: str) -> Value | None:
-        """An entry that counts: the stored one, or its default."""
+        """The value of an entry: the stored one, or else its default."""
         return getattr(self.settings(device), FIELDS[row_of(name).name])
 
     def set(self, device: str, name: str, value: Value) -> None:
-        """Store an entry; raises BadValue, and then the file is as it was."""
+        """Store an entry; raises BadValue, and then the file is unchanged."""
         row = row_of(name)
         self._store(device, lambda table: table.__setitem__(_spelled(row, table), row.checked(value)))
 
     def delete(self, device: str, name: str) -> None:
-        """Let the entry's default count; fine if it was not stored."""
+        """Delete a stored entry, so that its default applies; nothing happens if it is not stored."""
         row = row_of(name)
         self._store(device, lambda table: table.pop(_spelled(row, table), None))
 
     def defaults(self, device: str) -> None:
-        """Delete all entries but those that say which device it is."""
+        """Delete all entries of a device except those that identify it."""
 
         def clear(table: dict[str, Value]) -> None:
             for name in [name for name in table if row_of(name).name not in IDENTITY]:
@@ -95,7 +96,7 @@ class RegistryStore:
         self._store(device, clear)
 
     def merge(self, devices: Mapping[str, Mapping[str, Value | None] | None]) -> None:
-        """Store what a .reg file has (reg_file.py), all of it or, if BadValue is raised, nothing."""
+        """Store the content of a .reg file (reg_file.py): all of it, or none if it raises BadValue."""
 
         def merged(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
             after = dict(_present(tables))
@@ -108,10 +109,10 @@ class RegistryStore:
         self._change(merged)
 
     def install(self, device: str = PRE_INSTALLED) -> None:
-        """Register a device with the manual's defaults; one that is registered stays as it is."""
+        """Register a device with the manual's defaults; a registered device stays as it is."""
         name = _table_name(device)
         if not DEVICE.fullmatch(name):
-            raise BadValue(f"device {device!r:.40}: three upper-case letters and a digit, like CID1:")
+            raise BadValue(f"device {device!r:.40}: write three upper-case letters and a digit, like CID1:")
 
         def add(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
             present = _present(tables)
@@ -122,7 +123,7 @@ class RegistryStore:
         self._change(add)
 
     def remove(self, device: str = PRE_INSTALLED) -> None:
-        """Unregister a device; raises BadValue if there is none of that name."""
+        """Unregister a device; raises BadValue if no device has that name."""
 
         def drop(tables: dict[str, dict[str, Value]] | None) -> dict[str, dict[str, Value]]:
             present = _present(tables)
@@ -152,7 +153,7 @@ class RegistryStore:
 
 
 def _merged(table: dict[str, Value], entries: Mapping[str, Value | None]) -> dict[str, Value]:
-    """The table with these entries; None lets the default count."""
+    """The table with these entries changed; None restores the default."""
     lower = {name.lower() for name in entries}
     kept = {name: value for name, value in table.items() if name.lower() not in lower}
     return kept | {name: value for name, value in entries.items() if value is not None}
@@ -176,7 +177,7 @@ def _table_name(device: str) -> str:
 def _known(device: str, tables: Mapping[str, Any]) -> str:
     name = _table_name(device)
     if name not in tables:
-        raise BadValue(f"device {device!r:.40}: registered are {', '.join(tables) or 'none'}")
+        raise BadValue(f"no device {device!r:.40}; registered are {', '.join(tables) or 'none'}")
     return name
 
 
@@ -189,7 +190,7 @@ def _spelled(row: Row, table: Mapping[str, Value]) -> str:
 
 
 def check_devices(devices: Mapping[str, Settings]) -> None:
-    """Raises BadValue if two devices have one name."""
+    """Raises BadValue if two devices have the same name."""
     owners: dict[str, str] = {}
     for table, settings in devices.items():
         other = owners.setdefault(settings.device, table)
@@ -198,10 +199,10 @@ def check_devices(devices: Mapping[str, Settings]) -> None:
 
 
 def check_spi(kind: str, settings: Settings, others: Iterable[Settings] = ()) -> None:
-    """Raises InUse if the device would take an SPI port for itself that another uses, or the other way round.
+    """Raises InUse if two devices use the same SPI port and one of them does not share it (DirectInterface 1).
 
-    `others` are the devices loaded on the same board. Only boards that share the port between CAN and SPI are
-    concerned.
+    `others` are the devices loaded on the same board. This applies only to boards that share the port between CAN and
+    SPI programs.
     """
     if kind not in SHARE_SPI:
         return
