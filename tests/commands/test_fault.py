@@ -133,9 +133,9 @@ WORDS = {
 }
 TEXTS = {
     "flip": "flip ack of any frame, seen by HW000001:0, once",
-    "inject": "flip crc of any frame, seen by receivers, for ever",
+    "inject": "flip crc of any frame, seen by receivers, every time",
     "hold": "hold dominant for 1 bit at eof 2 of extended 18FF0001, bits of HW000001:0, once",
-    "play": "play 000--1 at once, 2 times",
+    "play": "play 000--1 immediately, 2 times",
     "babble": "babble 7FF#, 1000 ms apart, 3 times",
     "cut": "cut 2 of any frame, once",
 }

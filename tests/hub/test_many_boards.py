@@ -102,7 +102,7 @@ def test_boards_that_are_not_there_are_left_out(hub: Hub) -> None:
 def test_one_reply_has_an_end(hub: Hub) -> None:
     assert len(hub.call(m.GetLineStatuses(tuple(range(1, 257)))).values) == 2 * BOARDS
     for request in (m.GetLineStatuses(tuple(range(257))), m.GetLinStatuses(tuple(range(257)))):
-        with pytest.raises(BadValue, match="the lines of 257 boards: 256 at once, at most"):
+        with pytest.raises(BadValue, match="the lines of 257 boards: at most 256 in one request"):
             hub.call(request)
 
 

@@ -211,9 +211,9 @@ def test_backpressure(open_bus: Open) -> None:
     alone = open_bus("HW000001:0", tx_fifo_size=4)
     for _ in range(5):  # one is in the controller
         alone.send(message(), timeout=LONG)
-    with pytest.raises(can.CanOperationError, match="4 messages wait already"):
+    with pytest.raises(can.CanOperationError, match="4 messages already wait"):
         alone.send(message(), timeout=0)
-    with pytest.raises(can.CanTimeoutError, match="none went out"):
+    with pytest.raises(can.CanTimeoutError, match="none was sent"):
         alone.send(message(), timeout=0.05)
     alone.flush_tx_buffer()
     alone.send(message(), timeout=0)

@@ -97,7 +97,7 @@ def test_who_is_alone_on_the_bus_is_told(open_bus: Open, caplog: pytest.LogCaptu
         else:
             bus.shutdown()
     said = [record.message for record in caplog.records]
-    assert sum("nobody acknowledges" in text for text in said) == 1 if how != "shutdown" else True
+    assert sum("no node acknowledges" in text for text in said) == 1 if how != "shutdown" else True
     assert "second node" in said[0] or "did not go out" in said[0]
 
 
@@ -222,7 +222,7 @@ def test_socketcans_way_to_leave_error_frames_out(open_bus: Open) -> None:
     [
         ({"bit_rate": 250_000}, "did you mean bitrate"),
         ({"recieve_own_messages": True}, "receive_own_messages"),
-        ({"local_loopback": False}, "hear each other"),
+        ({"local_loopback": False}, "always receive each other"),
         ({"xyzzy": 1}, "there are channel, can_filters, bitrate"),
     ],
 )
@@ -236,7 +236,7 @@ def test_arguments_that_nobody_knows_are_refused(
 @pytest.mark.finding("issue 15.7")
 def test_a_line_at_another_rate_is_refused_with_the_way_out(open_bus: Open) -> None:
     open_bus("HW000001:0", bitrate=250_000)
-    with pytest.raises(can.CanInitializationError, match="leave the bit rates out, or ask for these"):
+    with pytest.raises(can.CanInitializationError, match="leave the bit rates out, or ask for the same"):
         open_bus("HW000001:0", bitrate=500_000)
 
 

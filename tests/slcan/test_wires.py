@@ -121,7 +121,7 @@ def test_the_link_belongs_to_one(tmp_path: Path) -> None:
     link.symlink_to(tmp_path / "nowhere")  # as somebody leaves it who was killed
     PtyWire(link).close()
     link.write_text("mine")
-    with pytest.raises(BadValue, match="no link"):
+    with pytest.raises(BadValue, match="no symbolic link"):
         PtyWire(link)
     assert link.read_text() == "mine"
 

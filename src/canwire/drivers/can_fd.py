@@ -21,7 +21,7 @@ LARGEST_OFFSET_PPM = 100_000
 
 
 class Controller(Protocol):
-    """What this driver needs of the chip; times in picoseconds."""
+    """The methods of the chip that this driver uses; times in picoseconds."""
 
     @property
     def normal(self) -> Mailbox: ...
@@ -54,7 +54,7 @@ class Controller(Protocol):
 
 
 class CanFdDriver(Driver):
-    """drivers/driver.py's seam over the ideal controller."""
+    """The Driver (drivers/driver.py) of the ideal controller."""
 
     def __init__(self, host: Host, controller: Controller) -> None:
         super().__init__(host, controller.normal, controller.high)
@@ -142,7 +142,7 @@ def _options(settings: LineSettings) -> ControllerOptions:
 
 
 def bit_times(timing: BitTiming, ppm: float) -> tuple[int, int, int, int, int]:
-    """Bit, sample point, quantum, PHASE1 and synchronisation jump in ps, by an oscillator off by `ppm`."""
+    """Bit, sample point, quantum, PHASE1 and synchronisation jump in ps, with an oscillator that is off by `ppm`."""
     scale = 1.0 / (1.0 + ppm * 1e-6)
     quantum = timing.quantum_ps
     exact = (

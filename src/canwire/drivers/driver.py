@@ -27,8 +27,8 @@ class LineSettings:
 
     `data_timing` None means a classic line. `oscillator_ppm` is how far the node's crystal is off
     (positive: fast), -100,000..100,000. `registers` are values for registers of the chip by their data-sheet
-    names, beyond what the other settings say; an ideal controller has none. With `loop_back` it hears only itself.
-    Only an ideal controller has other `options` than the usual ones.
+    names, in addition to the other settings; an ideal controller has none. With `loop_back` a line receives only
+    its own frames. Only an ideal controller accepts `options` other than the default ones.
     """
 
     timing: BitTiming
@@ -41,7 +41,7 @@ class LineSettings:
     options: ControllerOptions = USUAL
 
     def refuse_options(self, who: str) -> None:
-        """Raise Unsupported for other options than the usual ones, which `who` does not have."""
+        """Raise Unsupported, in the name of `who`, unless all options have their default values."""
         if unusual := self.options.unusual():
             raise Unsupported(f"{who} has no {', '.join(unusual)}: only ideal controllers do")
 
@@ -61,13 +61,13 @@ class Counters:
 
 
 class Driver:
-    """Makes one controller take part in its bus, and hands frames to and fro between it and its host, a line.
+    """Makes one controller take part in its bus, and passes frames between the controller and its host, a line.
 
-    A controller has a mailbox for frames and perhaps another, `high`, that goes before it (else both are the same
-    one); or `several` equal ones, and then one for each channel at a time. `boxes` are all of them. `running`,
-    `listen_only` and `fd` (as Node.fd) say how it takes part. Times are the timeline's, in nanoseconds.
-    `configure` before `start`; a second one takes effect at once, mid-frame if need be. `stop` and `close` may be
-    called again and again.
+    A controller has one mailbox for frames, `normal`, and may have a second one, `high`, that is sent first (without
+    one, both names mean the same mailbox). With `several`, it has more mailboxes of equal rank, and each channel uses
+    one at a time. `boxes` lists all mailboxes. `running`, `listen_only` and `fd` (as Node.fd) say how the controller
+    takes part. Times are those of the timeline, in nanoseconds. Call `configure` before `start`; a later call takes
+    effect immediately, even in the middle of a frame. `stop` and `close` may be called any number of times.
     """
 
     def __init__(self, host: Host | None, normal: Mailbox, high: Mailbox) -> None:
@@ -81,27 +81,28 @@ class Driver:
         self.fd = 0
 
     def check(self, settings: LineSettings) -> None:
-        """Raise what `configure` would: BadTiming, Unsupported or BadValue; nothing is changed."""
+        """Raise what `configure` would raise: BadTiming, Unsupported or BadValue. Changes nothing."""
         raise NotImplementedError
 
     def configure(self, settings: LineSettings) -> None:
-        """Set timing and mode; raises what `check` does, before anything is changed."""
+        """Set timing and mode. Raises what `check` raises, before it changes anything."""
         raise NotImplementedError
 
     def forget(self) -> None:
-        """What it was set up for no longer holds; the controller is stopped."""
+        """Discard the settings; the controller is stopped."""
         self.listen_only = False
         self.fd = 0
 
     def accept(self, standard: tuple[int, int] | None, extended: tuple[int, int] | None) -> None:
-        """Nobody wants other frames than those that agree with these patterns, (code, mask) of
-        id << 1 | remote; None: none of that format. Whoever can holds up others; the line filters by itself."""
+        """No program wants frames other than those that match these patterns, (code, mask) of id << 1 | remote;
+        None: no frames of that format. A driver may discard the others; the line filters in any case."""
 
     def report(self, kinds: frozenset[int], frames: bool) -> None:
-        """Programs want these kinds of events (EventKind), and `frames`, whatever the settings' registers say."""
+        """Programs want these kinds of events (EventKind), and received `frames` if true, whatever the registers
+        of the settings say."""
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
-        """Take part in the bus, after 11 recessive bits unless `integrated` says they were seen."""
+        """Take part in the bus after 11 recessive bits; immediately if `integrated`: those bits have passed."""
         raise NotImplementedError
 
     def stop(self, at_ns: int) -> None:
@@ -113,46 +114,47 @@ class Driver:
         raise NotImplementedError
 
     def rejoin(self, at_ns: int) -> None:
-        """Its plug is back in: 11 recessive bits, counters as they are."""
+        """The cable was plugged in again: take part after 11 recessive bits, with the counters unchanged."""
         raise NotImplementedError
 
     def on_wire(self) -> bool:
-        """A frame of this controller's is being transmitted at this moment."""
+        """True while the controller transmits a frame."""
         raise NotImplementedError
 
     def idle(self) -> bool:
-        """No frame is on the wire, as far as this controller knows."""
+        """True while this controller knows of no frame on the wire."""
         return not self.on_wire()
 
     def sleep(self, at_ns: int) -> None:
-        """Save power until something happens on the bus, or is to be sent; raises Unsupported."""
+        """Save power until the bus is active or a frame is to be sent; raises Unsupported."""
         raise Unsupported("this controller cannot sleep")
 
     def wake(self, at_ns: int) -> None:
-        """No longer asleep."""
+        """End the sleep; raises Unsupported."""
         raise Unsupported("this controller cannot sleep")
 
     def hold(self, held: bool) -> None:
-        """Whoever serves the controller is kept from it, as by a system that hangs; raises Unsupported."""
+        """While `held`, the chip's interrupts are not served, as if the system hung; raises Unsupported."""
         raise Unsupported("this controller needs nobody to serve it")
 
     def counters(self) -> Counters:
-        """The counters as they are now."""
+        """The present values of the counters."""
         raise NotImplementedError
 
     def registers(self) -> list[RegisterValue]:
-        """The chip's registers as they are, read without side effects; an ideal controller has none."""
+        """The present values of the chip's registers, read without side effects; an ideal controller has none."""
         return []
 
     def read_register(self, address: int, reset_mode: bool) -> int:
-        """One register, with what reading it does; in reset mode if asked for, which leaves the bus for a moment.
+        """Read one register, with the side effects of reading. `reset_mode` reads it in reset mode, for which the
+        controller leaves the bus for a moment.
 
         Raises Unsupported, and BadValue for an address that the chip does not have.
         """
         raise Unsupported("this controller has no registers")
 
     def write_register(self, address: int, value: int, reset_mode: bool) -> None:
-        """Write one, whatever that does; raises like `read_register`."""
+        """Write one register, with all effects; raises what `read_register` raises."""
         raise Unsupported("this controller has no registers")
 
     def close(self) -> None:
@@ -162,13 +164,13 @@ class Driver:
     # frames; words are those of 80-byte records
 
     def occupied(self, words: _mem.Words, at: int) -> bool:
-        """The mailbox for the priority of the record at word `at` is taken."""
+        """True while the mailbox for the priority of the record at word `at` is in use."""
         if self.several:
             return self._free() is None
         return self.high.occupied if words[at + 1] >> 32 & _HIGH_PRIORITY else self.normal.occupied
 
     def load(self, words: _mem.Words, at: int, now_ns: int, owner: object) -> bool:
-        """Send the record at word `at` from its mailbox, which must be free; True if it is one of high priority."""
+        """Send the record at word `at` from its mailbox, which must be free. True if the record has high priority."""
         info = words[at + 1] >> 32
         urgent = info & _HIGH_PRIORITY != 0
         if self.several:
@@ -194,7 +196,8 @@ class Driver:
         return None
 
     def full_for(self, owner: object) -> bool:
-        """Of `several` mailboxes, none is free, or one has a frame of this owner's: its frames keep their order."""
+        """True if none of `several` mailboxes is free, or if one contains a frame of this owner: so the frames of an
+        owner keep their order."""
         free = False
         for box in self.boxes:
             if not box.occupied:
@@ -204,19 +207,20 @@ class Driver:
         return not free
 
     def transmit(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in this mailbox, one of the two, is to be sent; whoever loads it polls the bus if need be."""
+        """Send the frame in this mailbox, `normal` or `high`. The caller that loads the frame polls the bus if
+        necessary."""
         raise NotImplementedError
 
     def poll(self) -> None:
-        """Something was loaded from outside the bus's own calls."""
+        """A frame was loaded by a caller other than the bus."""
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """Give up the frame in a mailbox; False if it stays, on the wire this very moment: then a chip sends it no
-        second time should it fail."""
+        """Abort the frame in a mailbox. False if the frame is on the wire at this moment and so stays: a chip then
+        does not repeat it if it fails."""
         raise NotImplementedError
 
     def settle(self, box: Mailbox, delivered: bool, at_ns: int) -> None:
-        """For drivers: the frame in this mailbox went through, or was given up; the next one may come."""
+        """For drivers: the frame in this mailbox was `delivered` or aborted; the next frame may be loaded."""
         if self.host is not None:
             if delivered:
                 self.host.transmitted(box, at_ns)
@@ -227,4 +231,4 @@ class Driver:
             self.host.fill(at_ns)
 
     def listen(self, sink: Sink, attentive: bool) -> None:
-        """Received frames may go straight to `sink`; an `attentive` host wants to hear of every loss and error."""
+        """Received frames may go directly to `sink`; an `attentive` host needs an event for each loss and error."""

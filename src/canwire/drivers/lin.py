@@ -29,7 +29,7 @@ _RANGES = {
 
 
 class Table(Protocol):
-    """What this driver needs of the chip's response table."""
+    """The methods of the chip's response table that this driver uses."""
 
     @property
     def updated(self) -> set[int]: ...
@@ -44,7 +44,7 @@ class Table(Protocol):
 
 
 class Controller(Protocol):
-    """What this driver needs of the chip; times in picoseconds."""
+    """The methods of the chip that this driver uses; times in picoseconds."""
 
     bus: Any
     searching: bool
@@ -81,7 +81,7 @@ class Controller(Protocol):
 
 
 class LinControllerDriver:
-    """drivers/lin_driver.py's seam over the ideal controller."""
+    """The LinDriver (drivers/lin_driver.py) of the ideal controller."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller

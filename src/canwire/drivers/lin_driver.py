@@ -1,4 +1,4 @@
-"""The seam between a LIN line and whatever makes its controller send and receive."""
+"""The interface between a LIN line and the driver that makes its controller send and receive."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class LinSettings:
     140,000 of them. A master's break has `break_bits` (13..60) and a delimiter of `delimiter_bits` (1..14);
     `header_space_bits` (0..14) lie between its sync field and its identifier. Responses begin
     `response_space_bits` (0..126) after the header, with `byte_space_bits` (0..126) between bytes.
-    A started or woken node hears nothing for `start_up_ns` (0..100 ms).
+    A started or woken node receives nothing for `start_up_ns` (0..100 ms).
     """
 
     master: bool
@@ -35,9 +35,9 @@ class LinSettings:
 
 @dataclass(frozen=True, slots=True)
 class LinCounters:
-    """What a controller counts since its start; `errors` by LinErrorKind, `headers` the valid ones heard.
+    """What a controller has counted since its start: `errors` by LinErrorKind, `headers` the valid ones received.
 
-    `bit_rate` is 0 while it is being looked for. `status` holds VCI's LIN_STATUS_ bits, but for the overrun.
+    `bit_rate` is 0 until the controller has found the rate. `status` holds VCI's LIN_STATUS_ bits except the overrun.
     """
 
     state: LinState
@@ -54,8 +54,8 @@ class LinCounters:
 class LinDriver(Protocol):
     """Makes one controller take part in its LIN bus. Times are the timeline's, in nanoseconds.
 
-    `configure` before `start`; a second one takes effect at once, mid-frame if need be. `stop` and `close` may be
-    called again and again. The response table may be changed at any time, and outlives a stop.
+    Call `configure` before `start`; a later call takes effect immediately, even in the middle of a frame. `stop` and
+    `close` may be called any number of times. The response table may be changed at any time; a stop does not clear it.
     """
 
     def configure(self, settings: LinSettings) -> None:
@@ -65,52 +65,52 @@ class LinDriver(Protocol):
         """Take part in the bus."""
 
     def stop(self, at_ns: int) -> None:
-        """Leave the bus; what waits to be sent is given up."""
+        """Leave the bus; frames that wait to be sent are discarded."""
 
     def clear(self) -> None:
-        """Empty the response table; lengths, events and the error bit that it was told are forgotten too."""
+        """Clear the response table, with all lengths, events and the error bit."""
 
     def respond(self, frame: LinFrame, *, once: bool = False) -> None:
-        """Answer the frame's header with its data from now on, or once."""
+        """Answer the frame's header with its data from now on; only the next time with `once`."""
 
     def withdraw(self, id: int) -> None:
-        """Answer this header no more."""
+        """Stop answering this header."""
 
     def subscribe(self, id: int, length: int) -> None:
-        """A frame of this length (1..8) is expected behind this header; 0: nothing is."""
+        """Expect a response of this length (1..8) after this header; 0: expect none."""
 
     def expect_checksum(self, id: int, enhanced: bool | None) -> None:
-        """This frame is right with this checksum alone (True: enhanced); None: with either, until told otherwise."""
+        """Accept this frame only with this checksum (True: enhanced, False: classic); None: with either."""
 
     def associate(self, event: int, id: int) -> None:
-        """Answer the event-triggered frame `event` with the response of `id`, when that was updated."""
+        """Answer the event-triggered frame `event` with the response of `id` if that response was updated."""
 
     def take(self, id: int) -> object:
-        """Everything that it was told about this frame, which it forgets: for `place`."""
+        """Remove all settings of this frame and return them, for `place`."""
 
     def place(self, id: int, role: object) -> None:
-        """The frame that was taken has this identifier from now on: response, length, checksum, events, error bit."""
+        """Give settings that `take` returned this identifier: response, length, checksum, events, error bit."""
 
     def report_errors_in(self, id: int, bit: int) -> None:
-        """This bit of the response of `id` tells of errors in responses, until it was sent."""
+        """Set this bit of the response of `id` after an error in a response, until the bit has been sent."""
 
     def is_updated(self, id: int) -> bool:
-        """The response of `id` has been changed since it was sent last."""
+        """True if the response of `id` has changed since it was last sent."""
 
     def ask(self, id: int, length: int, silence_is_fine: bool) -> None:
-        """Send a header for somebody to answer with `length` bytes (0: as many as come); the buffer must be free."""
+        """Send a header that another node answers with `length` bytes (0: any number); the buffer must be free."""
 
     def send(self, frame: LinFrame) -> None:
-        """Send the frame's header with its data behind it; the buffer must be free."""
+        """Send the frame's header and its data; the buffer must be free."""
 
     def wake_up(self) -> None:
         """Send a wake-up pulse; the buffer must be free."""
 
     def on_wire(self) -> bool:
-        """Something of this controller's is on the wire, or awaits its response."""
+        """True while this controller transmits, or waits for the response to its header."""
 
     def counters(self, at_ns: int) -> LinCounters:
-        """The counters as they are now."""
+        """The present values of the counters."""
 
     def close(self) -> None:
         """Leave the bus for good."""

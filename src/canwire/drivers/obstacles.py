@@ -1,6 +1,6 @@
-"""Why an adapter cannot be opened, in words that say what to do; what serial ports and python-can have in common.
+"""Error messages for an adapter that cannot be opened, which say what to do; for serial ports and for python-can.
 
-Libraries report the same few causes in ways of their own: an errno, a class, or a sentence alone.
+Each library reports the same few causes differently: by an errno, a class, or only a sentence.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PORT = "add your user to the group that owns it (`sudo usermod -aG dialout $USE
 
 
 def codes_of(error: BaseException) -> set[int]:
-    """The errno of this exception and of those that caused it."""
+    """The errnos of this exception and of those that caused it."""
     found: set[int] = set()
     seen: BaseException | None = error
     while seen is not None:
@@ -42,27 +42,27 @@ def codes_of(error: BaseException) -> set[int]:
 
 
 def text_of(error: BaseException) -> str:
-    """Its text, or its class where it has none."""
+    """The text of this exception, or the name of its class if it has none."""
     return str(error) or type(error).__name__
 
 
 def is_denied(error: BaseException) -> bool:
-    """The system refuses access."""
+    """True if the system refused access."""
     return bool(codes_of(error) & {errno.EACCES, errno.EPERM}) or _says(error, _DENIED)
 
 
 def is_busy(error: BaseException) -> bool:
-    """Another program has it."""
+    """True if another program has the adapter open."""
     return bool(codes_of(error) & {errno.EBUSY, errno.EAGAIN}) or _says(error, _BUSY)
 
 
 def is_absent(error: BaseException) -> bool:
-    """There is no such thing."""
+    """True if the adapter does not exist."""
     return bool(codes_of(error) & {errno.ENOENT, errno.ENODEV, errno.ENXIO}) or _says(error, _ABSENT)
 
 
 def denied(what: str, *, usb: bool) -> str:
-    """The reason, and the way to get the right on this system."""
+    """The message for a refused access: how to get the permission on this system."""
     way = "run as an administrator"
     if sys.platform.startswith("linux"):
         way = _USB if usb else _PORT
@@ -70,12 +70,12 @@ def denied(what: str, *, usb: bool) -> str:
 
 
 def busy(what: str) -> str:
-    """Likewise."""
+    """The message for an adapter that another program has open."""
     return f"{what} is busy: another program has it open; end that program, or have it use the hub"
 
 
 def absent(what: str, found: Iterable[str], name: str = "") -> str:
-    """Likewise, with the ones that are there; `name` is what it goes by among those, where that is not `what`."""
+    """The message for a missing adapter, with those that were found; `name` is its name in that list ("": `what`)."""
     there = list(found)
     near = get_close_matches(name or what, there, 1)
     meant = f"; did you mean {near[0]}?" if near else ""

@@ -1,7 +1,7 @@
-"""What drivers of real adapters share: who wakes the hub's thread for them, and whose clock is whose.
+"""What drivers of real adapters have in common: work in the hub's thread, and adapter times converted to hub times.
 
-Only these drivers' own files may read clocks and have threads; everything they find out goes by `post` to the thread
-that owns the world.
+Only the files of these drivers may read clocks and have threads. They pass everything that they find out to the hub's
+thread, by `post`.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class HasFileno(Protocol):
 
 
 class Reactor(Protocol):
-    """Whoever owns the thread that everything happens in; `post` may be called from any thread, the rest from that one.
+    """The loop of the hub's thread. `post` may be called from any thread, the other methods only from that one.
 
-    `watch` calls back whenever a descriptor is readable (or broken), or writable; `unwatch` it before it is closed.
+    `watch` calls back whenever a descriptor is readable (or broken), or writable; `unwatch` it before you close it.
     """
 
     def watch(
@@ -59,14 +59,14 @@ class Trouble(IntEnum):
 
     NO_ANSWER = 1  # to a command, in time
     WRONG_ANSWER = 2  # one that does not belong to the command
-    REFUSED = 3  # it will not do what it was told
-    MALFORMED = 4  # what it said was cut or mangled: a frame may be lost
+    REFUSED = 3  # a command
+    MALFORMED = 4  # a line was cut or mangled: a frame may be lost
     STRANGER = 5  # another adapter is where this one was
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What an adapter says of itself: facts for people, and its versions as BoardInfo has them."""
+    """What an adapter reports about itself: facts for display, and its versions in the form of BoardInfo."""
 
     facts: tuple[tuple[str, str], ...] = ()
     hardware_version: tuple[int, int, int, int] = (0, 0, 0, 0)
@@ -74,10 +74,10 @@ class Identity:
 
 
 class OutsideDriver(ReportingDriver):
-    """A driver whose controller is an adapter that may come and go; one mailbox, whose frame waits for it.
+    """A driver of an adapter that may be unplugged and come back. It has one mailbox, whose frame waits meanwhile.
 
-    While the adapter is gone the line stays as it was set up and its state is STOPPED. A STATE event tells of the
-    loss, CHANGED and STATE of the return: between them is the gap. What adapters do not tell stays 0: TEC and REC.
+    While the adapter is gone, the line keeps its settings and its state is STOPPED. A STATE event reports the loss;
+    CHANGED and STATE events report the return. TEC and REC are 0, since adapters do not report them.
     """
 
     def __init__(self, host: Host | None, timeline: Timeline, port: str) -> None:
@@ -85,7 +85,7 @@ class OutsideDriver(ReportingDriver):
         self.on_identified: Callable[[Identity], object] | None = None
         self.on_obstacle: Callable[[str], object] | None = None
         self.text = ""  # what went wrong last
-        self._told = ""  # of what keeps it from its bus
+        self._told = ""  # the obstacle that was reported last
         self.timeline = timeline
         self.port = port
         self.on_bus = False
@@ -94,10 +94,10 @@ class OutsideDriver(ReportingDriver):
         self._tec = self._rec = 0
 
     def rejoin(self, at_ns: int) -> None:
-        """Its plug is its own affair."""
+        """Nothing: the cable of a real adapter is not simulated."""
 
     def on_wire(self) -> bool:
-        """Nobody can see."""
+        """False: an adapter does not report it."""
         return False
 
     def counters(self) -> Counters:
@@ -105,13 +105,13 @@ class OutsideDriver(ReportingDriver):
         return self.counted(self._tec, self._rec, state)
 
     def obstacle(self) -> str:
-        """What keeps the adapter from its bus, in words for people; "" while nothing is known to."""
+        """Why the adapter does not take part in its bus, for display; "" if it does, or if no reason is known."""
         return "" if self.on_bus else self.text
 
     # for the drivers themselves
 
     def hindered(self, why: str) -> None:
-        """The adapter cannot be reached for this reason; people are told once of each."""
+        """The adapter cannot be reached for this reason. A reason that does not change is reported once."""
         self.text = why
         if why != self._told:
             self._told = why
@@ -119,12 +119,12 @@ class OutsideDriver(ReportingDriver):
                 self.on_obstacle(why)
 
     def begin(self) -> None:
-        """The line was started: what comes next is no return."""
+        """The line was started: the next `joined` reports no return of the adapter."""
         self.running = True
         self._been = False
 
     def end(self) -> None:
-        """It was stopped."""
+        """The line was stopped."""
         was_running, self.running = self.running, False
         if was_running and self.on_bus:
             self.on_bus = False
@@ -142,30 +142,30 @@ class OutsideDriver(ReportingDriver):
         self.fill()
 
     def left(self) -> None:
-        """It does no longer, though nobody has told it to."""
+        """The adapter no longer takes part in its bus, though the line was not stopped."""
         if self.on_bus:
             self.on_bus = False
             if self.running:
                 self.tell(EventKind.STATE)
 
     def now_in(self, state: ErrorState) -> None:
-        """Fault confinement has put it there."""
+        """Fault confinement has put the controller into this state."""
         if state is not self.state:
             self.state = state
             self.tell(EventKind.STATE)
 
     def trouble(self, what: Trouble, text: str) -> None:
-        """With the adapter itself."""
+        """Report a fault of the adapter itself."""
         self.text = text
         self.tell(EventKind.ERROR, ErrorKind.OTHER, code=int(what))
 
     def finished(self, sent: bool) -> None:
-        """The mailbox's frame is in the adapter's queue, or was given up; the next one may come."""
+        """The mailbox's frame was `sent` to the adapter's queue, or discarded; the next frame may be loaded."""
         if self.normal.occupied:
             self.over(self.normal, sent)
 
     def frame(self) -> Frame:
-        """The mailbox's, without what its sender asked for besides."""
+        """The frame in the mailbox, without the flags that are only about its sending."""
         block = bytearray(self.normal.block)
         _, id, info = _HEAD.unpack_from(block)
         _HEAD.pack_into(block, 0, 0, id, info & _OF_FRAMES)
@@ -173,11 +173,12 @@ class OutsideDriver(ReportingDriver):
 
 
 class AdapterClock:
-    """Times of an adapter's clock as times of ours: the quickest way that a stamp ever took counts as no delay at all.
+    """Converts times of an adapter's clock to times of the computer's clock. The shortest delay seen counts as none.
 
-    A clock with a `period_ns` starts anew after it; how often it has, tells the time of arrival. The result is early
-    never, late by the shortest delay (and the clocks' drift, DRIFT_PPM of the time since a stamp came as quickly), and
-    never decreases. Stamps must arrive within half a period. A clock without a period may be set while it runs.
+    A clock with a `period_ns` starts again from 0 after each period; the time of arrival shows which period a stamp is
+    from, so stamps must arrive within half a period. The result is never early and never decreases; it is late by the
+    shortest delay, and by the drift of the clocks (DRIFT_PPM of the time since a stamp had the shortest delay). A
+    clock without a period may be set while it runs.
     """
 
     def __init__(self, period_ns: int = 0) -> None:
@@ -187,7 +188,7 @@ class AdapterClock:
         self._last_ns = 0
 
     def host_ns(self, stamp_ns: int, arrived_ns: int) -> int:
-        """When that was by our clock; `arrived_ns` is when we heard of it, and never decreases."""
+        """The stamp by the computer's clock; `arrived_ns` is when the stamp was received, and never decreases."""
         offset, period = self._offset_ns, self._period_ns
         if offset is None:
             offset = arrived_ns - stamp_ns

@@ -1,6 +1,6 @@
-"""Drivers that find things out by themselves: they keep time, count, and tell their host; with interrupts or without.
+"""Base classes of drivers that count frames and errors and report them to their host, with or without interrupts.
 
-The ideal controller (can_fd.py) tells its host itself, frame by frame in the compiled core, and needs none of this.
+The ideal controller (can_fd.py) reports to its host in the compiled core, and needs none of this.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _PASSES = 20  # through a chip's interrupts in one go; the next interrupt takes 
 
 
 class ReportingDriver(Driver):
-    """One mailbox unless the driver says otherwise. `now` tells the time in ns; `_incoming` is for a frame received."""
+    """A driver with one mailbox by default. `now` returns the time in ns; `_incoming` is for a received frame."""
 
     def __init__(self, host: Host | None, now: Callable[[], int]) -> None:
         box = Mailbox()
@@ -29,29 +29,29 @@ class ReportingDriver(Driver):
         self._errors = self._losses = self._sent = self._received = self._last_error = 0
 
     def counted(self, tec: int, rec: int, state: ErrorState) -> Counters:
-        """These, with what was counted here."""
+        """Counters with these values and with what this driver has counted."""
         return Counters(
             tec, rec, state, self._errors, self._losses, self._sent, self._received, self._last_error
         )
 
     def bus_error(self, kind: ErrorKind, *, bit: int = -1, transmitting: bool = False, code: int = 0) -> None:
-        """Count an error on the bus, and tell."""
+        """Count an error on the bus, and report it to the host."""
         self._errors += 1
         self._last_error = int(kind)
         self.tell(EventKind.ERROR, kind, bit=bit, transmitting=transmitting, code=code)
 
     def arbitration_lost(self, bit: int = -1, *, transmitting: bool = True) -> None:
-        """Count it, and tell."""
+        """Count a lost arbitration, and report it to the host."""
         self._losses += 1
         self.tell(EventKind.ARBITRATION_LOST, bit=bit, transmitting=transmitting)
 
     def over(self, box: Mailbox, delivered: bool) -> None:
-        """The frame in this mailbox went through, or was given up: count it, and `settle`."""
+        """The frame in this mailbox was delivered or aborted: count it, and `settle`."""
         self._sent += delivered
         self.settle(box, delivered, self._now())
 
     def fill(self) -> None:
-        """A mailbox may be free."""
+        """Ask the host for the next frame: a mailbox may be free."""
         if self.host is not None:
             self.host.fill(self._now())
 
@@ -69,10 +69,10 @@ class ReportingDriver(Driver):
 
 
 class ChipDriver(ReportingDriver):
-    """One whose chip has registers and interrupts. Whoever wires the chip's INT calls `service`.
+    """The driver of a chip with registers and interrupts. Code that connects the chip's INT pin calls `service`.
 
-    `read` reads a register. How chips start, stop, sleep and wake only looks alike: which registers are touched, and
-    in what order, is each chip's own.
+    `read` reads a register. Starting, stopping, sleeping and waking are left to each chip's driver, since chips differ
+    in the registers for that and in their order.
     """
 
     _pending: Callable[[], int]  # the chip's interrupts that wait to be served; 0: none
@@ -80,7 +80,7 @@ class ChipDriver(ReportingDriver):
     def __init__(self, host: Host | None, now: Callable[[], int], read: Callable[[int], int]) -> None:
         super().__init__(host, now)
         self._read = read
-        self._transmits = False  # the chip can be told to send: it takes part, or will soon
+        self._transmits = False  # the chip accepts requests to send: it takes part, or will soon
         self._state = ErrorState.ERROR_ACTIVE
         self._servicing = self._held = self._asleep = False
 
@@ -89,7 +89,7 @@ class ChipDriver(ReportingDriver):
         self.service()
 
     def service(self) -> None:
-        """Serve the chip's interrupts until there are none; safe to call when there are none."""
+        """Serve the chip's interrupts until none is left; safe to call without any."""
         if self._servicing or self._held:
             return  # the loop below looks again, or `hold` does
         self._servicing = True

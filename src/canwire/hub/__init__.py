@@ -1,1 +1,1 @@
-"""Several processes, one set of boards."""
+"""The hub: one set of boards that several processes share."""

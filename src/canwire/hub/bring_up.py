@@ -31,9 +31,9 @@ def bring_up(
 
     Joining a running line needs no control. The program that started it should close the control once it has a channel
     on the line: the channel keeps the line running, and other programs may then recover it. `mode_for(status)` returns
-    the mode for a line that does not run, None to leave it as it is. `check(status)` raises if a running line does not
-    suit. If another program has the control of a stopped line, it gets `patience_s` seconds of the hub's time to start
-    it; then InUse is raised with the name of that program.
+    the mode for a line that does not run, None to leave it as it is. `check(status)` raises if a running line is not
+    suitable. If another program has the control of a stopped line, it has `patience_s` seconds of the hub's time to
+    start it; then InUse is raised with the name of that program.
     """
     status = place.status(hub)
     if status.running:
@@ -56,7 +56,7 @@ def bring_up(
 
 
 def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
-    """Take the line's control, set it up (None: it is as it should be) and start it.
+    """Take the line's control, set the line up (None: keep its settings) and start it.
 
     Raises InUse while another program has the control, and what `Control.initialise` and `Control.start` raise.
     """

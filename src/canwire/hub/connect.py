@@ -41,8 +41,8 @@ def connect(
     CANWIRE_TIMED is 1, and its threads then take turns as within `canwire.in_time`. The call returns at the program's
     first turn. Turns are ordered by name: CANWIRE_NAME if that is set, else `name`.
 
-    Raises HubLost if no hub listens at a given address, BadConfig for a bad configuration, WrongState if `timed` where
-    time passes otherwise.
+    Raises HubLost if no hub listens at a given address, BadConfig for a bad configuration, WrongState for `timed` if
+    the hub is not in lockstep time.
     """
     name = name or os.environ.get("CANWIRE_NAME") or _name_of_program()
     usual = timed is None and time is None and config is None and _usually_timed()

@@ -38,7 +38,7 @@ class LinePlace(NamedTuple):
         return f"{self.board.hardware_id}:{self.line}"
 
     def status(self, hub: Hub) -> LineStatus:
-        """A CAN line as it is now; raises Unplugged, HubLost."""
+        """The present status of a CAN line; raises Unplugged, HubLost."""
         return hub.line_status(self.board.id, self.line)
 
 
@@ -57,7 +57,7 @@ def lines_now(hub: Hub, places: Iterable[LinePlace]) -> list[tuple[LinePlace, Li
 
 
 def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:
-    """Those of these CAN lines that do not run and on which no program has a channel or the control. Raises HubLost."""
+    """The ones of these CAN lines that do not run and where no program has a channel or the control. Raises HubLost."""
     return (place for place, status in lines_now(hub, places) if status.unused)
 
 

@@ -1,4 +1,4 @@
-"""Hubs inside this process: the one that its plain `connect()` calls share, and fresh ones."""
+"""Hubs inside this process: the one that its plain `connect()` calls share, and private ones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _end(engine: Engine) -> None:
 
 
 class _Common:
-    """The hub that a program's plain `connect()` calls share: there while somebody uses it."""
+    """The hub that a program's plain `connect()` calls share; it exists while a link to it is open."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""A hub offered to other machines, a router between them, and which hubs are offered."""
+"""Offers a hub to other machines, runs a router between them, and lists the offered hubs."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ def offer(
     stop: Event,
     warn: Callable[[str], object] | None = None,
 ) -> None:
-    """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
+    """Offer the hub on a socket (None: the user's default socket) to other machines until `stop` is set.
 
-    `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
-    Zenoh's to connect to, `access` the file of users; without one, routers and endpoints that other machines reach
-    are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
-    connect to. Frames and calls that were on their way for longer than `age_s` (0: no limit) are not obeyed any more:
-    frames are counted as refused, calls raise HubError, and `warn` gets a line. A program that keeps one time with
-    others is let go once it was not heard of for `silence_s`.
+    `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` Zenoh routers
+    to connect to, `access` the file of users. Without `access`, routers and endpoints that other machines reach are
+    refused unless `insecure`. `name` is by default that of the machine. `ready` gets the address for programs. Frames
+    and calls that were in transit for longer than `age_s` (0: no limit) are not carried out: frames are counted as
+    refused, calls raise HubError, and `warn` gets a line. A program in lockstep is removed after `silence_s` without
+    a sign of life.
 
-    Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
-    endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
+    Raises HubLost if the hub does not run or ends, HubError if another hub has this name in the realm or the endpoint
+    is in use, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
     """
     from canwire.hub.links.network.access import Access, load
     from canwire.hub.links.network.bridge import LOOPBACK, Bridge, Offered
@@ -74,16 +74,16 @@ def offer(
         while not stop.wait(_LOOK_AGAIN_S):
             pass
     if lost:
-        raise HubLost(f"the hub on {socket} is gone, and so is what was offered of it")
+        raise HubLost(f"the hub on {socket} is gone; it is no longer offered")
 
 
 def route(
     listen: Sequence[str], access: str, *, ready: Callable[[], object] | None = None, stop: Event
 ) -> None:
-    """Be a router that hubs (`offer` with `via`) and programs connect to, until `stop` is set.
+    """Run a router for hubs (`offer` with `via`) and programs, until `stop` is set.
 
-    It listens at these endpoints ("tcp/192.168.1.5:7447"). `access` is the file of users that the hubs have, too: it
-    lets in nobody else, and nobody uses another one's name. `ready` is called once it listens.
+    It listens at these endpoints ("tcp/192.168.1.5:7447"). `access` is the file of users that the hubs also have: the
+    router admits only these, and each only by its own name. `ready` is called once it listens.
     Raises HubError if it cannot listen there, BadConfig for a bad file, BadValue without an endpoint, ExtraMissing.
     """
     from canwire.hub.links.network.access import Access, load
@@ -100,7 +100,7 @@ def route(
 
 
 def offered_hubs(endpoint: str = "tcp/localhost:7449", realm: str = "*") -> list[Offer]:
-    """Hubs that are offered at an endpoint, which is a hub's own or a router's; raises HubLost if nobody answers.
+    """The hubs that are offered at an endpoint of a hub or a router; raises HubLost if none answers.
 
     Each has `realm`, `name`, `instance`, `version` and `time`.
     """

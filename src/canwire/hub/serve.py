@@ -38,14 +38,14 @@ def serve(
     stop: Event,
     warn: Callable[[str], object] | None = None,
 ) -> None:
-    """Keep a hub on a socket (None: the user's usual one) until `stop` is set.
+    """Run a hub on a socket (None: the user's default socket) until `stop` is set.
 
-    `ready` gets one line about it once clients can connect; before that `warn` gets one for everything unusual about
-    the buses, and later one whenever lines of a bus come to run at different rates. Time is "real", "fast" or
-    "lockstep": that begins once so many `programs` take part, or all of these names, in whose order they have their
-    turns, and who computes for longer than `patience_s` is named to `warn`; with a `pace` it is held to the wall clock
-    times this factor, which Hub.set_pace changes. Raises HubError if another hub listens
-    there, BadConfig for a bad configuration.
+    `ready` gets one line about the hub once clients can connect. Before that, `warn` gets a line for each unusual
+    setting of the buses, and later a line whenever lines of a bus run at different rates. `time` is "real", "fast" or
+    "lockstep". Lockstep begins once this number of `programs` takes part, or all programs of these names, which then
+    have their turns in this order; `warn` gets a line about a program that computes for longer than `patience_s`. With
+    a `pace`, lockstep time passes this many times as fast as the computer's clock; Hub.set_pace changes it. Raises
+    HubError if another hub listens there, BadConfig for a bad configuration.
     """
     config = usual_config(config)
     raise_descriptor_limit()

@@ -1,4 +1,4 @@
-"""Where a user's hub listens and what it consists of, as long as nobody says otherwise."""
+"""The default address and the default configuration of a user's hub."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _CONFIG_HERE = "canwire.toml"
 
 
 def default_address() -> str:
-    """This user's usual socket."""
+    """The path of this user's default socket."""
     return os.path.join(runtime_directory(), "canwire.sock")
 
 
 def usual_config(given: str | os.PathLike[str] | Config | None = None) -> Config:
-    """What was given, else CANWIRE_CONFIG's file, else canwire.toml here, else the default; raises BadConfig."""
+    """The given configuration, else CANWIRE_CONFIG's file, else canwire.toml here, else the default; BadConfig."""
     from canwire.boards.config.configuration import Config  # every kind of board: not for who only asks where
 
     if isinstance(given, Config):

@@ -1,4 +1,4 @@
-"""The hub's time on the clock of the wall, the same for everybody who logs what one hub does."""
+"""The hub's time on the computer's clock, the same for all programs that log the traffic of one hub."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _AGREEMENT_NS = 1_000_000  # a clock that was set or has drifted further apart t
 
 
 def epoch_ns(hub: Hub) -> int:
-    """What to add to the hub's time to get nanoseconds since 1970; 0 where its time does not follow the clock.
+    """Add this to the hub's time to get nanoseconds since 1970; 0 if the hub's time does not follow the clock.
 
-    Who asks first leaves it at the hub, so that two logs of one bus have the same time for the same frame.
+    The first program stores it at the hub, so that two logs of one bus have the same time for the same frame.
     """
     if hub.time != "real":
         return 0

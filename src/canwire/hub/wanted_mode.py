@@ -1,4 +1,4 @@
-"""What a program asks of a CAN line, and how the line is set up for that."""
+"""The mode that a program wants of a CAN line, and the LineMode that follows from it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from canwire.values.timing.limits import check_data_rate
 
 @dataclass(frozen=True, slots=True)
 class WantedMode:
-    """A LineMode with parts left open: None takes what is there, or what is usual.
+    """A LineMode with open parts: None means the present setting of the line or its bus, else a default.
 
-    Rates are in bit/s; a timing counts before a rate, and at its own clock. `fd`: CAN FD is needed, before ISO
-    without `iso_fd`. With `find_rate` the line listens to find its bit rate.
+    Rates are in bit/s. A timing takes precedence over a rate, and has its own clock. `fd`: CAN FD is needed, the
+    non-ISO one without `iso_fd`. With `find_rate` the line listens to find its bit rate.
     """
 
     USUAL_BIT_RATE: ClassVar[int] = 500_000
@@ -37,16 +37,16 @@ class WantedMode:
 
     @property
     def nominal(self) -> int | None:
-        """The bit rate asked for, in bit/s, by whichever means."""
+        """The wanted bit rate in bit/s, from the timing or the rate."""
         return self.timing.bit_rate if self.timing is not None else self.bit_rate
 
     @property
     def data(self) -> int | None:
-        """The same of the data phase."""
+        """The same for the data phase."""
         return self.data_timing.bit_rate if self.data_timing is not None else self.data_bit_rate
 
     def mode(self, capabilities: Capabilities) -> LineMode:
-        """How such a line is set up: with everything that it can. Raises BadTiming."""
+        """The LineMode for a line with these capabilities, with all that the line can do. Raises BadTiming."""
         errors = capabilities.can(Feature.ERROR_FRAMES)
         if self.find_rate:
             return LineMode(None, error_frames=errors, listen_only=self.listen_only)
@@ -68,19 +68,19 @@ class WantedMode:
         )
 
     def rates_agree(self, mode: LineMode | None) -> bool:
-        """Whether a line that is set up so has the rates asked for; False while it has none at all."""
+        """True if a line with this mode has the wanted rates; False if it has no rate."""
         if mode is None or mode.timing is None:
             return False
         return self.nominal in (None, mode.timing.bit_rate) and self.data in (None, data_rate(mode))
 
     def at_clock(self, clock_hz: int) -> WantedMode:
-        """The same with timings of the same bits by another clock; raises BadTiming where that cannot be."""
+        """The same with timings of the same bits for another clock; raises BadTiming if that is impossible."""
         return replace(
             self, timing=_at_clock(self.timing, clock_hz), data_timing=_at_clock(self.data_timing, clock_hz)
         )
 
     def at_rates_of(self, mode: LineMode | None) -> WantedMode:
-        """The same with the rates that were left open taken over from there."""
+        """The same with the rates of this mode for those that are open."""
         if mode is None or mode.timing is None:
             return self
         return replace(

@@ -1,6 +1,6 @@
-"""Programs in C and C++ on canwire: the libraries and headers that they are built with, and the helper behind them.
+"""The libraries and headers for programs in C and C++, and the helper process of these programs.
 
-docs/native.md is for their users, "How an interface in C is built" in docs/architecture.md for who adds one.
+docs/native.md is for users; "How an interface in C is built" in docs/architecture.md is for developers of canwire.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ _HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def include_directory() -> str:
-    """Where the headers are."""
+    """The directory with the headers."""
     return os.path.join(_HERE, "include")
 
 
 def library_directory(*, windows: bool = sys.platform == "win32") -> str:
-    """Where the libraries are, those for Linux or for Windows; raises Unsupported where they were not built."""
+    """The directory with the libraries, for Linux or for Windows; raises Unsupported if they were not built."""
     if windows:
         return _windows_directory()
     if not os.path.exists(os.path.join(_HERE, "lib", "libcanwire.so")):
         raise Unsupported(
-            "the libraries for C and C++ are not here: they are built with canwire on Linux where compilers are found"
+            "the libraries for C and C++ are missing: they are built with canwire on Linux if a compiler is found"
         )
     return os.path.join(_HERE, "lib")
 
@@ -33,16 +33,16 @@ def _windows_directory() -> str:
     made = os.path.join(_HERE, "lib", "windows")
     if not os.path.exists(os.path.join(made, "vciapi.dll")):
         raise Unsupported(
-            "the libraries for Windows are not here: bash .ci/dlls makes them in canwire's sources, by mingw-w64"
+            "the libraries for Windows are missing: bash .ci/dlls builds them in canwire's sources with mingw-w64"
         )
     return made
 
 
 def cmake_directory() -> str:
-    """Where canwire-config.cmake is."""
+    """The directory with canwire-config.cmake."""
     return os.path.join(_HERE, "cmake")
 
 
 def pkg_config_directory() -> str:
-    """Where the files for pkg-config are."""
+    """The directory with the files for pkg-config."""
     return os.path.join(_HERE, "pkgconfig")

@@ -1,4 +1,4 @@
-"""python-can's arguments in our terms."""
+"""Checks and converts the arguments of can.Bus."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import can
 from canwire import BadValue, BitTiming, Hub, Lab
 
 _IGNORE_ERRORS = "ignore_rx_error_frames"  # SocketCAN's
-_NO_EFFECT = {"single_handle"}  # other interfaces' own, which python-can's tests give to every one
-_ANYWAY = {"local_loopback": True}  # SocketCAN's: other programs on the same line hear what this one sends
+_NO_EFFECT = {"single_handle"}  # of other interfaces; python-can's tests give them to every interface
+_ANYWAY = {"local_loopback": True}  # SocketCAN's: other programs on the same line receive what this one sends
 
 
 def check_arguments(
@@ -38,7 +38,7 @@ def check_arguments(
 
 
 def state_of(state: can.BusState | str) -> can.BusState:
-    """Raises ValueError for what is no state that one can ask for."""
+    """The BusState of this name; raises ValueError unless it is ACTIVE or PASSIVE."""
     found = can.BusState[state.upper()] if isinstance(state, str) else state
     if found not in (can.BusState.ACTIVE, can.BusState.PASSIVE):
         raise ValueError(f"state {state}: BusState.ACTIVE or BusState.PASSIVE")
@@ -46,7 +46,7 @@ def state_of(state: can.BusState | str) -> can.BusState:
 
 
 def timings_of(timing: can.BitTiming | can.BitTimingFd | None) -> tuple[BitTiming | None, BitTiming | None]:
-    """For both phases, at the clock that they were made for."""
+    """The timings of both phases, for the clock that they were made for."""
     if timing is None:
         return None, None
     clock_hz = timing.f_clock
@@ -65,14 +65,14 @@ def timings_of(timing: can.BitTiming | can.BitTimingFd | None) -> tuple[BitTimin
 def error_frames_of(
     error_frames: bool | None, others: Mapping[str, Any], known: Iterable[str]
 ) -> bool | None:
-    """Which error frames are wanted, SocketCAN's word for it included.
+    """Which error frames are wanted, also by SocketCAN's argument `ignore_rx_error_frames`.
 
-    Raises BadValue for any other argument that is not `known`, with those that look like it.
+    Raises BadValue for any other argument that is not `known`; the message names similar ones.
     """
     for name, value in others.items():
         if name in _NO_EFFECT:
             warnings.warn(
-                f"can.Bus(interface='canwire'): {name}={value!r} has no effect here: it is Kvaser's",
+                f"can.Bus(interface='canwire'): {name}={value!r} has no effect: it is for Kvaser adapters",
                 stacklevel=4,
             )
         elif name != _IGNORE_ERRORS and (name not in _ANYWAY or bool(value) is not _ANYWAY[name]):
@@ -82,7 +82,7 @@ def error_frames_of(
 
 def _unknown(name: str, known: Iterable[str]) -> str:
     if name in _ANYWAY:
-        return "is not possible: programs on one line always hear each other"
+        return "is not possible: programs on one line always receive each other's messages"
     names = [*known, _IGNORE_ERRORS]
     near = get_close_matches(name, names, 3, 0.6)
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names)}"

@@ -1,4 +1,4 @@
-"""A bus of a lab as a python-can channel: with a board of its own there, in the lab's time."""
+"""A bus of a lab as a python-can channel: each channel has a separate board there, in the lab's time."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _BOARD = "usb-to-can-fd"
 
 
 class Held(Protocol):
-    """What a bus gives back at its end."""
+    """An object that a bus closes at its end."""
 
     def close(self) -> None: ...
 
 
 class Placed(NamedTuple):
-    """Where a channel is: its name for people, its line at that hub, rates in bit/s, what is to be given back."""
+    """A channel: its name for display, its line at that hub, rates in bit/s, and the objects to close at its end."""
 
     name: str
     line: str
@@ -28,9 +28,9 @@ class Placed(NamedTuple):
 def placed(
     channel: str | LabBus, hub: str | Hub | Lab | None, rates: tuple[int | None, int | None]
 ) -> Placed:
-    """On a hub as it says; on a lab's bus with a board of its own, at the bus's rates where none are asked for.
+    """The place of a channel: as given for a hub; for a lab's bus, a new board, by default with the bus's rates.
 
-    Raises BadValue for a lab without that bus.
+    Raises BadValue if the lab does not have that bus.
     """
     if isinstance(channel, LabBus):
         bus = channel
@@ -58,6 +58,6 @@ class BenchBoard:
         self.line = f"{self._id}:0"
 
     def close(self) -> None:
-        """Take it off the bus."""
+        """Unplug the board."""
         if not self.hub.lost:
             self.hub.unplug(self._id)

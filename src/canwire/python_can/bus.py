@@ -50,25 +50,25 @@ _PROTOCOLS = {True: can.CanProtocol.CAN_FD, False: can.CanProtocol.CAN_FD_NON_IS
 class CanwireBus(can.BusABC):
     """`can.Bus(interface="canwire", channel=...)`; any number of them, in any number of programs.
 
-    `channel` is the name of a bus ("can0": a line there of this program's own as long as there is one that nobody
-    uses, else a shared one) or of a line ("HW000001:0", "usb-to-can-fd:1": that one, shared). What one program
-    sends the others receive, whether they share its line or not.
+    `channel` is the name of a bus ("can0": an unused line on that bus, or a shared one if all are in use) or of a line
+    ("HW000001:0", "usb-to-can-fd:1": always this line, shared). Other programs receive what one program sends,
+    whether they share its line or not.
 
-    `bitrate`, `data_bitrate`, `timing`: who comes first on a line sets it, the others agree or leave it out (that of
-    the bus then, else 500 kbit/s, and 2 Mbit/s for data). `auto_bitrate` listens to find it. Lines of one bus at
-    different rates are allowed, and the log warns of them.
-    `fd` to send and receive CAN FD, `fd_non_iso` the one before ISO.
-    `receive_own_messages`: as received once they went through, with that time, and `is_rx` False.
-    `can_filters`: by the hub where they fit there; changed while messages come, none is missed.
-    `state`: BusState.PASSIVE only listens. `exclusive`: nobody else may open a channel on this line.
-    `error_frames`: changes of the controller's state and overruns (None), with True every bus error and lost
-    arbitration as well, with False nothing; all in SocketCAN's form, and past the filters.
-    `hub`: the address of its socket; without it CANWIRE_HUB, else this user's usual one, else one in this process.
-    A lab's bus as `channel`, or its name with the lab as `hub`: a node of its own there, in the lab's time.
-    `rx_fifo_size`, `tx_fifo_size`: messages that wait here at most.
+    `bitrate`, `data_bitrate`, `timing`: the first program on a line sets them, others ask for the same or leave them
+    out (defaults: those of the bus, else 500 kbit/s, 2 Mbit/s for data). `auto_bitrate` listens to find the rate.
+    Lines of one bus may have different rates; the log then contains a warning.
+    `fd`: send and receive CAN FD. `fd_non_iso`: the CAN FD before ISO 11898-1:2015.
+    `receive_own_messages`: receive them once they were sent, with that time, and with `is_rx` False.
+    `can_filters`: applied by the hub if they fit its filters; a change while messages arrive loses none.
+    `state`: BusState.PASSIVE only listens. `exclusive`: no other program may open a channel on this line.
+    `error_frames`: with None, changes of the controller's state and overruns; with True, also each bus error and lost
+    arbitration; with False, none. They have SocketCAN's form and pass all filters.
+    `hub`: the address of its socket (default: CANWIRE_HUB, else this user's hub, else a hub in this process).
+    With a lab's bus as `channel`, or its name and the lab as `hub`: a new node there, in the lab's time.
+    `rx_fifo_size`, `tx_fifo_size`: the largest numbers of messages that wait here.
 
     `ignore_rx_error_frames`, `local_loopback`: as with SocketCAN. Any other argument is refused.
-    Whatever is impossible raises CanInitializationError, later CanOperationError, with the reason in words.
+    Errors raise CanInitializationError here and CanOperationError later, with the reason in words.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class CanwireBus(can.BusABC):
                 )
                 self._place, started = line_of_channel(self._hub, at.line, wanted)
                 place = self._place.board.id, self._place.line
-                with started or nullcontext():  # once there is a channel the line goes on by itself
+                with started or nullcontext():  # once there is a channel the line keeps running
                     self._line_channel = self._hub.open_channel(*place, exclusive=exclusive)
                 self._leases.append(self._line_channel)
                 before = kept_up(self._hub, self._place, wanted)
@@ -154,7 +154,7 @@ class CanwireBus(can.BusABC):
     # receiving
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """The oldest message, or None when none comes in `timeout` seconds (None: wait for ever)."""
+        """The oldest message, or None when none comes in `timeout` seconds (None: wait without limit)."""
         try:
             message = self._ready.popleft()  # most come from here, so this replaces all of python-can's recv
         except IndexError:
@@ -195,7 +195,7 @@ class CanwireBus(can.BusABC):
             raise operation_error(error) from error
 
     def flush_tx_buffer(self) -> None:
-        """Give up what waits to be sent, but for a frame on the wire."""
+        """Discard messages that wait to be sent, except a frame on the wire."""
         with operating():
             self._line_channel.cancel()
 
@@ -222,33 +222,33 @@ class CanwireBus(can.BusABC):
     # the line
 
     def line_status(self) -> LineStatus:
-        """The controller's state, error counters and last error, the bus load, losses, and who holds what."""
+        """The controller's state, error counters and last error, bus load, losses, and which program has control."""
         with operating():
             self._line_channel.check()
             return self._place.status(self._hub)
 
     def channel_status(self) -> ChannelStatus:
-        """This bus's own counters: what came, what was lost because it was not read, what was sent and given up."""
+        """Counters of this bus object: messages received, lost because they were not read, sent, and discarded."""
         with operating():
             return self._line_channel.status()
 
     @property
     def hardware_timestamps(self) -> bool:
-        """Messages have the time that the board took; False where that may be the time of their arrival here."""
+        """True if messages have time stamps of the board; False if these may be times of arrival in this process."""
         return self._place.info.capabilities.stamps.clock_hz > 0 and self._place.board.kind != "python-can"
 
     @property
     def timestamp_error(self) -> float:
-        """How far timestamps are off this computer's clock at most, in seconds.
+        """The largest difference between timestamps and this computer's clock, in seconds.
 
-        Infinite where time runs otherwise, and for real adapters: how long their messages are on their way to this
-        computer nobody can tell (docs/adapters.md).
+        Infinite if the hub's time does not follow that clock, and for real adapters, since the delay of their messages
+        on the way to this computer is unknown (docs/adapters.md).
         """
         return math.inf if self._place.board.kind in _OUTSIDE else self._clock.error_s
 
     @property
     def state(self) -> can.BusState:
-        """PASSIVE only listens; ERROR is bus-off, stopped by somebody, or an adapter that is gone."""
+        """PASSIVE: the line only listens. ERROR: the line is bus-off or stopped, or its adapter is gone."""
         status = self.line_status()
         if not status.running or status.state in (ErrorState.BUS_OFF, ErrorState.STOPPED):
             return can.BusState.ERROR
@@ -257,14 +257,14 @@ class CanwireBus(can.BusABC):
 
     @state.setter
     def state(self, new_state: can.BusState) -> None:
-        """For everybody on the line, whose control it needs for a moment; also begins again after bus-off, without."""
+        """Set the state for all programs on the line, for which this briefly needs its control; also ends bus-off."""
         wanted = state_of(new_state)
         with operating():
             asked = replace(self._wanted, listen_only=wanted is can.BusState.PASSIVE)
             set_listening(self._hub, self._place, asked)
 
     def shutdown(self) -> None:
-        """Once what was sent has gone out, or gets no further; a second time does nothing."""
+        """Close the bus once all messages were sent, or make no progress; a second call has no effect."""
         if self._is_shutdown:
             return
         with suppress(can.CanError, CanwireError):
@@ -275,7 +275,7 @@ class CanwireBus(can.BusABC):
         self._let_go()
 
     def leave_to_parent(self) -> None:
-        """In a fork of the process that opened it: every use raises CanOperationError from now on."""
+        """In a fork of the process that opened this bus: each later use raises CanOperationError."""
         self._is_shutdown = True
         self._ready.clear()
 

@@ -1,4 +1,4 @@
-"""The hub's time on the clock of the wall, and how far off that may be."""
+"""Converts the hub's time to the computer's clock, and gives the error of that."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _KEPT_S = 10.0  # the two clocks are compared again after that
 
 
 class HubClock:
-    """`epoch_ns` is what to add to the hub's time to get nanoseconds since 1970.
+    """Add `epoch_ns` to the hub's time to get nanoseconds since 1970.
 
-    The comparison is as good as the hub is quick to answer: half of the quickest round trip. It is made anew
-    every few seconds, and then changes by no more than what is wrong for sure. A hub whose time does not follow
-    the clock (fast, virtual) is compared once; `error_s` is infinite then. In lockstep time counts from its
-    beginning, so that it is the same in each run.
+    The error is at most half of the quickest round trip to the hub. The clocks are compared again every few seconds;
+    the result only changes by the part that is certainly wrong. If the hub's time does not follow the clock (fast,
+    virtual), they are compared once, and `error_s` is infinite. In lockstep the time counts from 0, so that it is the
+    same in each run.
     """
 
     def __init__(self, hub: Hub) -> None:
@@ -57,7 +57,7 @@ _LOCK = threading.Lock()
 
 
 def clock_of(hub: Hub) -> HubClock:
-    """One for all who use this connection: what they received is comparable to the nanosecond."""
+    """The clock that all users of this connection share, so that their times compare to the nanosecond."""
     with _LOCK:
         clock = _CLOCKS.get(hub)
         if clock is None:

@@ -1,4 +1,4 @@
-"""Who else may be on the bus, said in the log where a program would otherwise wait for what never comes."""
+"""Warnings in the log when no other node is on the bus, since the program would otherwise wait without a reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _TROUBLED = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE)
 
 
 class Company:
-    """One bus object's: each thing is said once. `channel_info` is what python-can shows of it."""
+    """The warnings of one bus object, each given once. `channel_info` is the text that python-can shows for it."""
 
     _told_of_private_hub = False
 
@@ -23,7 +23,7 @@ class Company:
         self.channel_info = f"canwire {channel}: {place.address} on {place.info.bus or 'no bus'}{where}"
 
     def tell_of_private_hub(self) -> None:
-        """Once in a process: who wants other programs there would find out by silence only."""
+        """Warn once in a process that the hub is private: other programs cannot be on this bus."""
         if not self._hub.address and not Company._told_of_private_hub:
             Company._told_of_private_hub = True
             _LOG.warning(
@@ -31,32 +31,32 @@ class Company:
             )
 
     def heard_of(self, event: BusEvent) -> None:
-        """The controller's state has changed: with nobody to acknowledge, this is the first sign of it."""
+        """The controller's state has changed: without acknowledgement, this is the first sign."""
         if event.state in _TROUBLED and not self._told:
             self.look(self._place.status(self._hub))
 
     def look(self, status: LineStatus) -> None:
-        """Say so if nobody acknowledges."""
+        """Warn if no node acknowledges."""
         if self._told or status.last_error != ErrorKind.ACK or status.state == ErrorState.ERROR_ACTIVE:
             return
         self._told = True
         other = (
-            f"there is none at {format_rates(status.mode)}"
+            f"none runs at {format_rates(status.mode)}"
             if self._hub.address
             else f"no hub is running: {_START}"
         )
         _LOG.warning(
-            "%s: nobody acknowledges what is sent: a bus needs a second node, on a line of its own, and %s",
+            "%s: no node acknowledges what is sent: a bus needs a second node, on another line, and %s",
             self.channel_info,
             other,
         )
 
     def gave_up(self, count: int, why: str) -> None:
-        """At the end of the bus object messages had not gone out."""
+        """Warn that messages had not been sent when the bus object was shut down."""
         _LOG.warning("%s: shut down with %d messages that did not go out: %s", self.channel_info, count, why)
 
 
-_START = "start a shared one by `canwire serve`"
+_START = "start a shared hub with `canwire serve`"
 
 
 def warn_of_conflicts(hub: Hub, bus: str) -> None:

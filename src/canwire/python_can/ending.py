@@ -1,6 +1,6 @@
-"""Buses that a program forgets to shut down are let go at its end, while the threads that this takes still run.
+"""Shuts down the buses that a program has left open, at its end, while the threads that this needs still run.
 
-python-can's own way, `__del__`, may come after that: then nobody takes in a hub's answer any more.
+python-can's `__del__` may run later, when no thread receives answers of a hub.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ _LOG = logging.getLogger("can.bus")  # python-can's, with its words
 
 
 class Ending(Protocol):
-    """bus.py's buses."""
+    """The methods of bus.py's buses that are called at the end."""
 
     def shutdown(self) -> None: ...
     def leave_to_parent(self) -> None: ...
 
 
 class OpenBuses:
-    """Those of this process; a fork of it has none of them."""
+    """The open buses of this process; a fork of it has none of them."""
 
     def __init__(self) -> None:
         self._buses: WeakSet[Ending] = WeakSet()
@@ -34,13 +34,13 @@ class OpenBuses:
         self._buses.discard(bus)
 
     def end(self) -> None:
-        """What is sent goes out, everything is given back."""
+        """Shut down all buses: waiting messages are sent, and everything is closed."""
         for bus in list(self._buses):
             _LOG.warning("%s was not properly shut down", type(bus).__name__)
             bus.shutdown()
 
     def leave_to_parent(self) -> None:
-        """In a fork of the process: they are the parent's, and so is everything that waits in them."""
+        """In a fork of the process: the buses and the messages in them belong to the parent."""
         for bus in list(self._buses):
             bus.leave_to_parent()
         self._buses = WeakSet()

@@ -1,4 +1,4 @@
-"""Our errors as python-can's: what happened, and what a python-can program can do about it."""
+"""Converts canwire's errors to python-can's: what happened, and what a python-can program can do about it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from can import CanInitializationError, CanOperationError
 from canwire import CanwireError, Closed, HubLost, Unplugged
 
 _REMEDIES = (
-    (Closed, "it was shut down; stop what still uses it before, a Notifier perhaps (notifier.stop())"),
+    (Closed, "it was shut down; stop what still uses it before, such as a Notifier (notifier.stop())"),
     (HubLost, "once a hub runs again (`canwire serve`), open a new can.Bus"),
     (Unplugged, "once it is plugged in again, open a new can.Bus"),
 )
@@ -18,7 +18,7 @@ _REMEDIES = (
 
 @contextmanager
 def operating() -> Iterator[None]:
-    """Whatever goes wrong is a CanOperationError."""
+    """Raise each error as a CanOperationError."""
     try:
         yield
     except CanwireError as error:
@@ -27,7 +27,7 @@ def operating() -> Iterator[None]:
 
 @contextmanager
 def opening() -> Iterator[None]:
-    """Whatever goes wrong is a CanInitializationError."""
+    """Raise each error as a CanInitializationError."""
     try:
         yield
     except CanwireError as error:
@@ -35,7 +35,7 @@ def opening() -> Iterator[None]:
 
 
 def operation_error(error: CanwireError) -> CanOperationError:
-    """The same with a remedy, where there is one."""
+    """The CanOperationError for this error, with a remedy if one is known."""
     for kind, remedy in _REMEDIES:
         if isinstance(error, kind):
             return CanOperationError(f"{error}; {remedy}")

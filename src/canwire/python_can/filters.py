@@ -1,7 +1,7 @@
-"""python-can's filters as the hub's: one pattern and one list for each frame format.
+"""Converts python-can's filters to the hub's: one pattern and one list of identifiers for each frame format.
 
-Where they do not fit, the hub gets one pattern that lets through all they do and more, and the rest is sorted out
-here (`exact` is False then). Source: python-can 4.6 bus.py, set_filters; boards/can/message_filter.py.
+If they do not fit, the hub gets one pattern that lets through all wanted frames and others, and this process filters
+the others out (`exact` is False then). Source: python-can 4.6 bus.py, set_filters; boards/can/message_filter.py.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ Pattern = tuple[int, int]
 
 
 class Plan(NamedTuple):
-    """For 11-bit and for 29-bit frames; `exact` where nothing else passes than what should."""
+    """The hub's filters for 11-bit and for 29-bit frames; `exact` if only wanted frames pass."""
 
     standard: FilterContent
     extended: FilterContent
     exact: bool
 
     def apply(self, channel: HubChannel) -> None:
-        """In one step, so that nothing is missed that passes before and after."""
+        """Set the filters in one step, so that no frame is lost that passes both the old and the new ones."""
         channel.replace_filters(self.standard, self.extended)
 
 
 def planned(filters: CanFilters | None) -> Plan:
-    """The plan for these filters; None or none: everything passes."""
+    """The plan for these filters; with None or an empty list, everything passes."""
     if not filters:
         return OPEN
     plans = [_plan(filters, extended) for extended in (False, True)]

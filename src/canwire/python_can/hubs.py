@@ -1,4 +1,4 @@
-"""One connection to a hub for all Bus objects of a process: so they share a line's cyclic list, too."""
+"""One connection to a hub for all Bus objects of a process, so that they share the cyclic list of a line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LONGEST_NAME = 64  # of a program, at the hub
 
 
 class Hubs:
-    """Connections by address, and how many use each; the last one closes it."""
+    """Connections by address, with the number of users of each; the last `release` closes it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -21,7 +21,7 @@ class Hubs:
         self._users: dict[Hub, int] = {}
 
     def acquire(self, address: str | None) -> Hub:
-        """To `release` later; raises HubLost if nobody listens at a given address."""
+        """A connection, to `release` later; raises HubLost if no hub listens at a given address."""
         key = os.getpid(), address
         with self._lock:
             hub = self._open.get(key)
@@ -41,7 +41,7 @@ class Hubs:
 
 
 def program_name() -> str:
-    """What others read where this program holds something."""
+    """The name that other programs read for this program."""
     script = os.path.basename(sys.argv[0] if sys.argv else "") or "python"
     return f"python-can: {script}"[:_LONGEST_NAME]
 

@@ -1,10 +1,10 @@
-"""Which line a channel's name means, and how it is brought up beside the programs that use it already.
+"""Which line a channel's name means, and how it is started if other programs may use it already.
 
-can0              the first line on that bus that nobody uses; where there is none left, one that others use
-HW000001:0        line 0 of the board with that hardware id, shared with whoever else uses it
+can0              the first unused line on that bus; if all are in use, a shared one
+HW000001:0        line 0 of the board with that hardware id, shared with other programs
 usb-to-can-fd:1   line 1 of the first board of that kind
 
-Who comes first sets a line up, with everything that it can; the others have to agree with the rates.
+The first program sets a line up, with all that the line can do; other programs have to ask for the same rates.
 """
 
 from __future__ import annotations
@@ -41,15 +41,16 @@ _CAN = "CAN"
 
 
 def can_places(hub: Hub) -> list[LinePlace]:
-    """Every CAN line there is."""
+    """All CAN lines of the hub."""
     return every_line(hub, _CAN)
 
 
 def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
     """The line that the channel means, running as wanted, and its control if this program has started it.
 
-    Give that back once there is a channel on the line, which then keeps it.
-    Raises NoSuchBoard; InUse or BadValue where it runs otherwise, naming who has set it up, and how.
+    Close the control once a channel on the line is open, which then keeps the line running.
+    Raises NoSuchBoard, or InUse or BadValue if the line runs with other settings; the message names these settings
+    and the program that has set them.
     """
     found = find_lines(hub, channel, _CAN)
     place = found[0]
@@ -61,9 +62,9 @@ def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePla
 
 
 def kept_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> LineStatus:
-    """The line that this program has a channel on now, brought up once more if who had it running left before that.
+    """The status of a line with a channel of this program. A line that was stopped before the channel is restarted.
 
-    Raises what `line_of_channel` does.
+    Raises what `line_of_channel` raises.
     """
     status = place.status(hub)
     if status.running:
@@ -74,9 +75,9 @@ def kept_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> LineStatus:
 
 
 def set_listening(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
-    """Have the line only listen, or take part; one that is bus-off begins again, whoever has its control.
+    """Make the line only listen, or take part. A line that is bus-off is restarted, whichever program has its control.
 
-    Raises InUse where anything else is to be changed while somebody has the control.
+    Raises InUse if anything else has to change while another program has the control.
     """
     _check_able(place, wanted)
     status = place.status(hub)
@@ -96,7 +97,7 @@ def _on_bus(
     """The first line there that nobody uses, at the rate of the others; else the least used one of those that run."""
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
-        raise BadValue(f"{bus}: all its lines know classic CAN only; leave fd out")
+        raise BadValue(f"{bus}: all its lines support classic CAN only; leave fd out")
     wanted = _as_others(hub, places, wanted)
     for place in unused_lines(hub, able):
         with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
@@ -119,7 +120,7 @@ def _shared(hub: Hub, able: list[LinePlace], wanted: WantedMode) -> tuple[LinePl
 
 
 def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | None:
-    """One that was set up in such a way, and stopped, goes on as it is."""
+    """Start a line. A stopped line that already has such settings keeps them."""
 
     def mode_for(status: LineStatus) -> LineMode | None:
         if status.initialised and status.mode is not None and status.mode.timing is not None:
@@ -132,20 +133,20 @@ def _brought_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> Control | Non
 
 
 def _as_others(hub: Hub, places: list[LinePlace], wanted: WantedMode) -> WantedMode:
-    """Rates that are left open are those of the bus."""
+    """The same, with the rates of the bus for those that are left out."""
     return wanted.at_rates_on_bus(status for _, status in lines_now(hub, places))
 
 
 def _check_able(place: LinePlace, wanted: WantedMode) -> None:
     capabilities = place.info.capabilities
     if capabilities.data is None and (wanted.fd or wanted.data):
-        raise BadValue(f"{place.address} ({place.board.kind}) knows classic CAN only; leave fd out")
+        raise BadValue(f"{place.address} ({place.board.kind}) supports classic CAN only; leave fd out")
     if wanted.listen_only and not capabilities.can(Feature.LISTEN_ONLY):
-        raise BadValue(f"{place.address} ({place.board.kind}) cannot only listen")
+        raise BadValue(f"{place.address} ({place.board.kind}) has no listen-only mode")
 
 
 def _check_rates(place: LinePlace, status: LineStatus, wanted: WantedMode) -> None:
-    """A line that has no rate yet, or none for data, agrees with any."""
+    """Any rate agrees with a line that has none yet; any data rate with one that has none for data."""
     mode = status.mode
     if mode is None or mode.timing is None:
         return
@@ -155,7 +156,7 @@ def _check_rates(place: LinePlace, status: LineStatus, wanted: WantedMode) -> No
     rates = f"{wanted.nominal or mode.timing.bit_rate} bit/s"
     rates += f", {wanted.data} after BRS" if wanted.data else ""
     raise BadValue(
-        f"{rates} is not what {_described(place, status)}; leave the bit rates out, or ask for these"
+        f"{_described(place, status)}, not at {rates}; leave the bit rates out, or ask for the same"
     )
 
 
@@ -170,24 +171,24 @@ def _as_made(wanted: WantedMode, place: LinePlace) -> WantedMode:
 
 
 def _check_agreement(place: LinePlace, status: LineStatus, wanted: WantedMode) -> None:
-    """Of a line that others use, too."""
+    """Raise BadValue or InUse if a line that other programs use runs with other settings."""
     _check_rates(place, status, wanted)
     mode = status.mode
     if mode is None:
         return
     asked = wanted.at_clock(place.info.capabilities.clock_hz)
     if asked.timing not in (None, mode.timing) or asked.data_timing not in (None, mode.data_timing):
-        raise BadValue(f"this bit timing is not what {_described(place, status)}: {mode.timing}")
+        raise BadValue(f"{_described(place, status)}, with another bit timing: {mode.timing}")
     if wanted.fd and not mode.long_data:
-        raise BadValue(f"there is no CAN FD as {_described(place, status)}, for classic CAN")
+        raise BadValue(f"{_described(place, status)}, for classic CAN; leave fd out")
     if wanted.fd and wanted.iso_fd != mode.iso_fd:
-        raise BadValue(f"the other CAN FD is what {_described(place, status)}, ISO: {mode.iso_fd}")
+        raise BadValue(f"{_described(place, status)}, with the other form of CAN FD, ISO: {mode.iso_fd}")
     if wanted.listen_only != mode.listen_only:
-        what = "to listen only" if wanted.listen_only else "to send"
-        raise InUse(f"it is not possible {what} while {_described(place, status)}")
+        what = "only listens" if wanted.listen_only else "sends"
+        raise InUse(f"a bus that {what} is not possible while {_described(place, status)}")
 
 
 def _described(place: LinePlace, status: LineStatus) -> str:
     where = f"{place.address} on {place.info.bus}" if place.info.bus else place.address
     listening = ", listening only" if status.mode is not None and status.mode.listen_only else ""
-    return f"{where} runs at: {format_rates(status.mode)}{listening}, {format_setter(status)}"
+    return f"{where} runs at {format_rates(status.mode)}{listening}, {format_setter(status)}"

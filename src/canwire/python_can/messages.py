@@ -1,7 +1,7 @@
-"""python-can's messages and the hub's records, both directions.
+"""Converts python-can's messages to the hub's records and back.
 
-A message's `dlc` is its length, as everywhere in python-can; of a classic frame with a DLC of 9 to 15 and of a
-remote frame it is the code itself. Source: python-can 4.6 message.py; values/record.py.
+The `dlc` of a message is its length in bytes, as everywhere in python-can. Of a classic frame with a DLC of 9 to 15
+and of a remote frame it is the code itself. Source: python-can 4.6 message.py; values/record.py.
 """
 
 from __future__ import annotations
@@ -39,10 +39,9 @@ _DLC = [dlc_to_length(key & 15, fd=True) if key & 48 == 16 else key & 15 for key
 
 
 def record_of(message: can.Message, *, fd: bool = True) -> bytes:
-    """The message as a record to send; raises BadFrame for one that no bus could carry, or none without `fd`.
+    """The message as a record to send; raises BadFrame if no bus could carry it, or none without `fd`.
 
-    As on SocketCAN its dlc says how long it is: data is cut off or filled with zeros, for FD to the next length
-    that there is.
+    As with SocketCAN its dlc is its length: data is cut off or filled with zeros, for FD to the next possible length.
     """
     try:
         identifier, length = message.arbitration_id, message.dlc
@@ -99,9 +98,9 @@ def take_messages(
     *,
     errors: bool,
 ) -> None:
-    """Append the message of each record in the block; where frames were lost before one, an error frame goes first.
+    """Append the message of each record in the block. If frames were lost before a record, append an error frame first.
 
-    `tell` hears of changes of the controller's state. Without `errors` no error frames are appended.
+    `tell` is called for each change of the controller's state. Without `errors` no error frames are appended.
     """
     message_class = can.Message
     new = message_class.__new__

@@ -1,7 +1,7 @@
-"""Periodic messages that the hub sends by a line's cyclic list, whatever this program is busy with.
+"""Periodic messages that the hub sends by the cyclic list of a line, even while this program is busy.
 
-A line has one list and one holder of it at a time: all Bus objects of a process share it. What does not fit there
-(a period that is no multiple of its ticks, too many messages, another program's list) python-can's own thread sends.
+A line has one list, which one program holds at a time; all Bus objects of a process share it. A thread of python-can
+sends messages that do not fit (a period that is no multiple of the ticks, too many messages, another holder).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _DONE = 2  # boards/can/cyclic_object.py's CyclicState
 
 
 class SharedList:
-    """A line's cyclic list, held for as long as a task of this process has something on it."""
+    """The cyclic list of a line, held while a task of this process has messages on it."""
 
     def __init__(self, lease: Scheduler) -> None:
         self.lease = lease
@@ -43,7 +43,7 @@ class SharedList:
         return not self._tasks
 
     def put(self, task: HubTask, records: Iterable[bytes], cycle: int, owner: HubChannel) -> list[int]:
-        """Their indices, all of them or none; raises LineError or BadValue where they do not fit."""
+        """Put all records on the list and return their indices; raises LineError or BadValue if they do not fit."""
         with self.lock:
             self._forget_finished()
             added: list[int] = []
@@ -83,7 +83,7 @@ class Lists:
         self._held: dict[tuple[Hub, int, int], SharedList] = {}
 
     def put(self, task: HubTask, records: list[bytes], cycle: int, hub: Hub, owner: HubChannel) -> SharedList:
-        """Put them on the list of the owner's line. Raises InUse, Unsupported, LineError, BadValue."""
+        """Put records on the list of the owner's line. Raises InUse, Unsupported, LineError, BadValue."""
         key = hub, owner.board, owner.line
         with self._lock:
             held = self._held.get(key)
@@ -98,7 +98,7 @@ class Lists:
             return held
 
     def take_off(self, task: HubTask, hub: Hub, owner: HubChannel) -> None:
-        """Off the list; the last one gives the list back, so that other programs can have it."""
+        """Take the task off the list; the last task releases the list for other programs."""
         key = hub, owner.board, owner.line
         with self._lock:
             held = self._held.get(key)
@@ -123,7 +123,7 @@ LISTS = Lists()
 class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, RestartableCyclicTaskABC):
     """python-can's periodic task: several messages take turns, one each period.
 
-    Raises on creation what keeps it off the list: InUse, Unsupported, LineError, BadValue.
+    Raises InUse, Unsupported, LineError or BadValue if the messages cannot be on the list.
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
         self._put()
 
     def start(self) -> None:
-        """From the first message on; a running task begins anew."""
+        """Begin with the first message; a running task begins again with it."""
         with operating():
             if not self.indices:
                 self._put()
@@ -158,12 +158,12 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
             self._list.lease.start_in_turn(begun, endless, self._step)
 
     def stop(self) -> None:
-        """A second time does nothing; `start` begins anew."""
+        """Stop sending; a second call has no effect. `start` begins again with the first message."""
         with operating():
             LISTS.take_off(self, self._hub, self._channel)
 
     def modify_data(self, messages: Sequence[Message] | Message) -> None:
-        """In the same ticks."""
+        """Replace the messages; the ticks stay the same."""
         before = self.messages
         super().modify_data(messages)
         try:
@@ -200,7 +200,7 @@ def hub_task(
     fd: bool,
     name: str,
 ) -> HubTask | None:
-    """None where the hub's list cannot do it: the log tells why."""
+    """A task on the hub's list; None if the list cannot do it, with the reason in the log."""
     try:
         return HubTask(hub, channel, ticks, messages, period, duration, fd=fd)
     except BadFrame as error:
@@ -223,6 +223,6 @@ def _ticks_of(period_ns: int, ticks: Ticks, messages: int) -> int:
         or period_ns // tick_ns * messages > ticks.maximum
     ):
         raise BadValue(
-            f"a period of {period_ns} ns for {messages} messages is no 1 to {ticks.maximum} ticks of {tick_ns} ns"
+            f"a period of {period_ns} ns for {messages} messages is not 1 to {ticks.maximum} ticks of {tick_ns} ns"
         )
     return period_ns // tick_ns

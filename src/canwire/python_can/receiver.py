@@ -1,4 +1,4 @@
-"""What a bus receives: records of its channel's ring, turned into messages a batch at a time."""
+"""The receiving part of a bus: it turns records of the channel's ring into messages, a batch at a time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _RECORD_SIZE = 80
 
 
 class Receiver:
-    """`ready` holds messages that are made already. Without `errors` there are no error frames among them.
+    """`ready` holds finished messages; without `errors` it contains no error frames.
 
     `on_state` is called once for each change of the controller's `state` that is received.
     """
@@ -49,9 +49,9 @@ class Receiver:
         self._lock = threading.Lock()
 
     def begin(self, before: LineStatus, now: LineStatus) -> None:
-        """The line was `before`, and is `now` that the channel hears of changes: what it missed of them comes first.
+        """Add an error frame for a change between the status `before` and `now`, which the channel has not received.
 
-        The line was brought up, so that one which does not run was stopped by somebody.
+        The line was running, so a line that does not run now was stopped by another program.
         """
         self.state = ErrorState(now.state)
         if now.running and (now.state != ErrorState.BUS_OFF or before.state == ErrorState.BUS_OFF):
@@ -60,7 +60,7 @@ class Receiver:
         self._make_messages(memoryview(missed.to_record()), self.ready.append, self._on_state)
 
     def keep(self, keeps: Callable[[can.Message], bool] | None, *, exact: bool) -> None:
-        """Only such messages, from now on. `exact`: the hub lets no others in, only what is here has to be sorted."""
+        """Keep only such messages from now on. `exact`: the hub filters exactly; test only earlier messages."""
         with self._lock:
             self._keeps = keeps
             self._keeps_until = self._end.ring.written if exact else None
@@ -70,9 +70,9 @@ class Receiver:
                 self.ready.extend(kept)
 
     def receive(self, timeout: float | None) -> can.Message | None:
-        """The oldest message, None when the time is over or the bus is shut down meanwhile.
+        """The oldest message; None after `timeout` seconds, or if the bus is shut down meanwhile.
 
-        Raises CanwireError once nothing more will come.
+        Raises CanwireError if no more messages can arrive.
         """
         self._check()
         try:
@@ -81,11 +81,11 @@ class Receiver:
             return None
         except CanwireError:
             if self.watched:
-                self._end.quieten()  # told once; no event loop need turn for it for ever
+                self._end.quieten()  # reported once, so that an event loop does not spin
             raise
 
     def watch(self) -> int:
-        """From now on this descriptor is readable while there is something to receive."""
+        """A descriptor that is readable from now on while a message waits."""
         self._check()
         self._end.lease.check()
         self.watched = True
@@ -93,11 +93,11 @@ class Receiver:
         return self._end.descriptor.fileno()
 
     def tell(self) -> None:
-        """Have the descriptor say what is so."""
+        """Update whether the descriptor is readable."""
         self._end.show(bool(self.ready))
 
     def close(self) -> None:
-        """Before the channel is closed: whoever receives gets None, who comes later an error."""
+        """Call this before the channel is closed: a waiting `receive` returns None, later calls raise Closed."""
         self._closed = True
         self.ready.clear()
 

@@ -1,4 +1,4 @@
-"""What a bus sends: records into its channel's ring, and waiting for room there."""
+"""The sending part of a bus: it puts records into the channel's ring, and waits for room there."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from canwire.python_can.company import Company
 from canwire.python_can.receiver import Receiver
 
 _SILENT = (ErrorState.BUS_OFF, ErrorState.STOPPED)
-_LOOK_S = 0.5  # whoever waits for room looks so often whether the line still runs
-_STUCK_S = 0.2  # what has not got any further for so long is given up at the end
+_LOOK_S = 0.5  # while a thread waits for room: interval of checks whether the line still runs
+_STUCK_S = 0.2  # messages that make no progress for this long are discarded at the end
 _FLUSH_LOOK_S = 0.002
 
 
@@ -30,7 +30,7 @@ class Sender:
         self._lock = threading.Lock()
 
     def send(self, record: bytes, timeout: float | None) -> None:
-        """Queue it, waiting for room as CanwireBus.send says."""
+        """Queue a record; wait for room as described for CanwireBus.send."""
         self._channel.check()
         ring = self._end.ring
         with self._lock:
@@ -44,7 +44,7 @@ class Sender:
             ring.put_bytes(record)
 
     def flush(self) -> None:
-        """Wait until the bus has taken everything, or gets no further, which the log tells."""
+        """Wait until all messages were sent; if they make no progress, log that and return."""
         hub = self._channel.hub
         before, end_s = -1, 0.0
         while pending := self._channel.status().pending:
@@ -56,7 +56,7 @@ class Sender:
             hub.sleep(_FLUSH_LOOK_S)
 
     def _check_moving(self) -> None:
-        """Raise CanOperationError if what waits would wait for ever; looked at when nothing has gone for a while."""
+        """Raise CanOperationError if waiting messages could never be sent; checked after a while without progress."""
         taken, now_s = self._end.ring.taken, self._now_s()
         if self._receiver.state not in _SILENT:
             if taken != self._taken:
@@ -73,16 +73,16 @@ class Sender:
             raise CanOperationError(f"{self._channel.name}: {_why(status)}")
 
     def _wait_for_room(self, timeout: float | None) -> None:
-        """Holding the lock: who comes later sends later."""
+        """Wait with the lock held, so that records keep the order of the calls."""
         ring = self._end.ring
         end_s = None if timeout is None else self._now_s() + timeout
         while not ring.free():
             left = _LOOK_S if end_s is None else min(_LOOK_S, end_s - self._now_s())
             if left <= 0:
-                what = f"{self._channel.name}: {ring.capacity} messages wait already"
+                what = f"{self._channel.name}: {ring.capacity} messages already wait"
                 if not timeout:
                     raise CanOperationError(f"{what}; {_why(self._status())}")
-                raise CanTimeoutError(f"{what}, and none went out in {timeout:g} s; {_why(self._status())}")
+                raise CanTimeoutError(f"{what}, and none was sent in {timeout:g} s; {_why(self._status())}")
             if not self._end.wait(left) and not ring.free():
                 self._check_able(self._status())
 
@@ -94,9 +94,9 @@ def _why(status: LineStatus) -> str:
     if status.obstacle:
         return status.obstacle
     if not status.running:
-        return f"the line does not run; its control is held by {status.control_holder or 'nobody'}"
+        return f"the line does not run; its control is held by {status.control_holder or 'no program'}"
     if status.mode is not None and status.mode.listen_only:
-        return "the line only listens"
+        return "the line is in listen-only mode"
     if status.state == ErrorState.BUS_OFF:
-        return "bus-off; state = BusState.ACTIVE begins again"
+        return "the line is bus-off; set state = BusState.ACTIVE to restart it"
     return f"{ErrorState(status.state).name.lower().replace('_', ' ')}, TEC {status.tec}"

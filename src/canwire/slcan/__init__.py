@@ -1,4 +1,4 @@
-"""The CARTFT CANBUS dongle, emulated: the ASCII protocol of serial CAN adapters over a line of the hub.
+"""An emulation of the CARTFT CANBUS dongle: the ASCII protocol of serial CAN adapters over a line of the hub.
 
 `canwire slcan` serves one on a pseudo terminal, on TCP or on a serial port. Source: CANBUS manual; rulings 26 to 29.
 """

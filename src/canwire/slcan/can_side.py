@@ -1,4 +1,4 @@
-"""What a dongle's firmware asks of its CAN controller."""
+"""The interface of a dongle's firmware to its CAN controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRANSMIT_QUEUE = 8  # frames (source: CANBUS manual, 1.3)
 class Setup:
     """How the controller takes part in the bus. `code` and `mask` are the SJA1000's ACR0..3 and AMR0..3.
 
-    With `data_timing` it speaks CAN FD.
+    With `data_timing` it uses CAN FD.
     """
 
     timing: BitTiming
@@ -27,31 +27,31 @@ class Setup:
 
 
 class CanSide(Protocol):
-    """One controller with its transceiver; the dongle alone uses it, and never blocks in it for long.
+    """One controller with its transceiver. Only the dongle uses it; no method blocks for long.
 
-    `send` is called for TRANSMIT_QUEUE frames at most that have not come back; they go out in their order. Each
-    comes back by `poll` among the received ones, marked `self_received`, once it went through. `close` gives up
-    what waits, even in the middle of a frame, and a second time does nothing; nothing comes back after it.
-    Raises LineError or BadValue for what the controller cannot do, HubError once there is no controller any more.
+    At most TRANSMIT_QUEUE sent frames may be outstanding; they are sent in their order. `poll` returns each of them
+    among the received frames, marked `self_received`, once it was on the bus. `close` discards frames that wait, even
+    in the middle of a frame; a second call has no effect, and nothing is returned after it.
+    Raises LineError or BadValue for settings that the controller cannot have, HubError if the controller is gone.
     """
 
     def open(self, setup: Setup) -> None:
-        """Go on the bus, with error counters at 0."""
+        """Take part in the bus, with error counters at 0."""
 
     def close(self) -> None:
-        """Go off the bus."""
+        """Leave the bus."""
 
     def send(self, frame: Frame, *, single_shot: bool = False) -> None:
         """Queue a frame."""
 
     def poll(self) -> Sequence[Frame]:
-        """What was received and sent since the last time; not necessarily everything, none when there is no more."""
+        """Frames received and sent since the last call; possibly only some of them. Empty when no more are left."""
 
     def events(self) -> Sequence[BusEvent]:
-        """What happened besides since the last time."""
+        """Other events since the last call."""
 
     def count_refused(self, count: int) -> None:
-        """So many frames of the host were refused for want of room: have them counted where people look."""
+        """Count this many frames of the host that found no room, in the counters that users see."""
 
     def lost(self) -> int:
-        """Frames that were lost since it was made, because `poll` was not called in time."""
+        """Frames lost since the start because `poll` was called too late."""

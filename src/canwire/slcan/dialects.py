@@ -1,7 +1,7 @@
-"""What adapters of different makers understand: each dialect's commands as a table, and its bit rates.
+"""The dialects of different makers' adapters: a table of commands for each, and its bit rates.
 
-Sources: CANBUS manual, rulings 27 and 29; the CANable 2 firmware as reference/can-protocol.md's appendix
-tells it, which answers nothing but V and E.
+Sources: CANBUS manual, rulings 27 and 29; the CANable 2 firmware as the appendix of reference/can-protocol.md
+describes it: it answers only V and E.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from canwire import BitTiming
 
 
 class State(Enum):
-    """Of a dongle's channel; it is closed in the first two."""
+    """The state of a dongle's channel, which is closed in the first two."""
 
     IDLE = "idle"
     INITIATED = "initiated"
@@ -30,7 +30,7 @@ ALWAYS = frozenset(State)
 
 
 class Rule(NamedTuple):
-    """When a command is taken, how many characters follow its letter, and the Dongle's method for it."""
+    """The states that accept a command, the number of characters after its letter, and its method of Dongle."""
 
     states: frozenset[State]
     length: int
@@ -39,10 +39,10 @@ class Rule(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """How a kind of adapter talks. `rates` and `data_rates` by the digit behind S and Y.
+    """The commands of one kind of adapter. `rates` and `data_rates` by the digit after S and Y.
 
-    With `fd` it knows CAN FD frames and is on the bus as an FD controller. One that does not `answers` says nothing
-    to a command that only does something, done or not. Without `timing` a rate has to be chosen before O.
+    With `fd` it accepts CAN FD frames and is an FD controller on the bus. Without `answers` it does not reply to
+    commands that return no value, whether they succeed or fail. Without `timing` a rate has to be set before O.
     """
 
     name: str

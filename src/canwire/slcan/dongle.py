@@ -1,8 +1,8 @@
-"""The dongle: bytes from the host in, bytes for it out, over a CanSide. No I/O, no clock of its own.
+"""The dongle: converts between the host's bytes and the frames of a CanSide. It has no I/O and no clock.
 
-What the document leaves open is read like this: a frame counts as waiting until it is on the bus for good, so the
-ninth is refused while eight are (CT-18); flags latch until F reads them, the channel's closing does not clear them;
-C gives up what waits in both queues. Source: CANBUS manual; rulings 26 to 29.
+The manual leaves some points open. Here a frame counts as waiting until it was sent successfully, so a ninth frame is
+refused while eight wait (CT-18); flags stay set until F reads them, even if the channel is closed; C discards the
+frames in both queues. Source: CANBUS manual; rulings 26 to 29.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ OK, BELL = b"\r", b"\a"
 
 
 class Dongle:
-    """Power it up by making it. `now_ns` is the clock that stamps the CAN side's frames.
+    """A dongle, powered up by its constructor. `now_ns` is the clock that stamps the frames of the CAN side.
 
-    Call `feed` with what the host sends, `pump` when the CAN side has something, and take what `output` holds to the
-    host: say by `written` how much of it went. Nothing that a host can send makes it raise; only the CAN side's
-    HubError comes through, once that is gone.
+    Call `feed` with bytes from the host, and `pump` when the CAN side has something. Write the bytes of `output` to
+    the host, and call `written` with how many were written. No bytes from the host make it raise; only HubError is
+    raised, when the CAN side is gone.
     """
 
     def __init__(
@@ -68,28 +68,28 @@ class Dongle:
 
     @property
     def bit_rate(self) -> int | None:
-        """Bit/s that S or s has chosen; None before."""
+        """The bit rate that S or s has set, in bit/s; None before."""
         return None if self._chosen.timing is None else self._chosen.timing.bit_rate
 
     @property
     def stamps(self) -> bool:
-        """Received frames get a time stamp."""
+        """True if received frames get a time stamp."""
         return self._host.stamps
 
     @property
     def waiting(self) -> int:
-        """Frames in the transmit queue."""
+        """The number of frames in the transmit queue."""
         return self._waiting
 
     @property
     def queued(self) -> int:
-        """Frames in the receive queue, which the host's buffer has no room for."""
+        """The number of frames in the receive queue, which do not fit into the host's buffer."""
         return len(self._host.queue)
 
     # the host's side
 
     def feed(self, data: bytes | bytearray | memoryview) -> None:
-        """Do what the host asks for."""
+        """Execute the commands in these bytes from the host."""
         for item in self._reader.feed(data):
             if isinstance(item, Frame):
                 self._send(item)
@@ -100,23 +100,23 @@ class Dongle:
         self._refusals.tell()
 
     def written(self, count: int) -> None:
-        """The host's side took so many bytes of the output."""
+        """Remove this many bytes of `output`, which were written to the host."""
         self._host.written(count)
 
     def unplug_host(self) -> None:
-        """The host is gone: what was on its way is, too, and an unfinished command. The channel stays as it is."""
+        """The host is gone: discard the output and an unfinished command. The channel stays as it is."""
         self._host.clear()
         self._reader.clear()
 
     def power_down(self) -> None:
-        """Off the bus; a second time does nothing."""
+        """Leave the bus; a second call has no effect."""
         self._can.close()
         self.state = State.IDLE
 
     # the CAN side
 
     def pump(self) -> None:
-        """Take what the CAN side has."""
+        """Fetch frames and events from the CAN side."""
         for event in self._can.events():
             if event.kind is EventKind.ABORTED:  # a single shot that missed
                 self._waiting = max(0, self._waiting - 1)
@@ -170,7 +170,7 @@ class Dongle:
 
     def _room_to_send(self) -> bool:
         if self._waiting >= TRANSMIT_QUEUE:
-            self._now_ns()  # whoever is asked the time comes up to it: some may be through by now
+            self._now_ns()  # reading the time makes the hub advance to it: some may have been sent by now
             self.pump()
             if self._waiting >= TRANSMIT_QUEUE:
                 self.counters.refused += 1

@@ -1,4 +1,4 @@
-"""What a dongle remembers without power: whether received frames get a time stamp (Z)."""
+"""The setting that a dongle keeps without power: whether received frames get a time stamp (Z)."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Protocol
 
 
 class Eeprom(Protocol):
-    """Reads as it was left; a new one reads False."""
+    """Returns the stored setting; False if none was stored."""
 
     def load(self) -> bool: ...
     def save(self, stamps: bool) -> None: ...
 
 
 class MemoryEeprom:
-    """Lasts as long as the object."""
+    """Stores the setting in this object only."""
 
     def __init__(self) -> None:
         self.stamps = False
@@ -29,8 +29,8 @@ class MemoryEeprom:
 
 
 class FileEeprom:
-    """One file per dongle, `Z0` or `Z1`. One that cannot be read counts as new, one that cannot be written is new
-    the next time: a dongle whose EEPROM is worn out works all the same."""
+    """Stores the setting in one file for each dongle, `Z0` or `Z1`. A file that cannot be read or written raises no
+    error, as a dongle works with a worn-out EEPROM: the setting is then the one of a new dongle at the next start."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)

@@ -1,4 +1,4 @@
-"""The F byte: the SJA1000's interrupt register, but for three bits that are the firmware's or nobody's.
+"""The F byte: the SJA1000's interrupt register, except three bits that the firmware uses or that have no use.
 
 Source: CANBUS manual, F; reference/sja1000.md section 11.
 """
@@ -25,17 +25,17 @@ _OF_KIND = {
 
 
 class Watch:
-    """Turns what happens on the bus into bits; it remembers the state before, because EI and EPI tell of changes.
+    """Turns events on the bus into bits. It stores the previous state, because EI and EPI report changes.
 
-    EI is a change of the status bits ES and BS, both ways; EPI the way into error passive, and from there into error
-    active again (source: SJA1000 data sheet, table 15). Bus-off is therefore visible as EI alone.
+    EI is a change of the status bits ES and BS in either direction; EPI is a change into error passive, and from there
+    back to error active (source: SJA1000 data sheet, table 15). Bus-off therefore shows only as EI.
     """
 
     def __init__(self) -> None:
         self.state = ErrorState.ERROR_ACTIVE
 
     def restart(self) -> None:
-        """The controller starts with clean counters; what that changes raises nothing."""
+        """The controller starts with counters at 0; this change sets no bits."""
         self.state = ErrorState.ERROR_ACTIVE
 
     def flags_of(self, event: BusEvent) -> int:

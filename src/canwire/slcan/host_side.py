@@ -1,4 +1,4 @@
-"""What goes to the host: replies and frames in one bounded buffer, and the queue of frames in front of it."""
+"""Output to the host: one bounded buffer for replies and frames, and the queue of frames before it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _LONGEST_FRAME = 160
 
 
 class HostSide:
-    """`output` waits for the host. Frames that find no room in it wait in `queue`; a host that reads nothing loses the
-    33rd of them, and replies without room: nothing blocks, everything is counted."""
+    """`output` waits for the host. Frames that do not fit into it wait in `queue`. If the host reads nothing, the 33rd
+    of these frames is lost, and replies that do not fit, too: no method blocks, and each loss is counted."""
 
     def __init__(self, size: int, counters: DongleCounters, origin_ns: int) -> None:
         self.output = bytearray()
@@ -32,7 +32,7 @@ class HostSide:
             self._counters.replies_lost += 1
 
     def take(self, frame: Frame) -> bool:
-        """A received frame; False if it is lost."""
+        """Accept a received frame; False if it is lost."""
         if not self.queue and self._has_room():
             self._pass_on(frame)
         elif len(self.queue) < RECEIVE_QUEUE:
@@ -47,7 +47,7 @@ class HostSide:
             self._pass_on(self.queue.popleft())
 
     def clear(self) -> None:
-        """The host is gone."""
+        """Discard everything: the host is gone."""
         self.output.clear()
         self.queue.clear()
 

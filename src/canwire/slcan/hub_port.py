@@ -1,6 +1,6 @@
-"""A dongle's CAN side over a line of the hub: a board of its own, which the dongle alone sets up.
+"""A dongle's CAN side over a line of the hub, on a separate board that only the dongle sets up.
 
-Other programs may listen on that line like on any other.
+Other programs may listen on that line as on any other.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ _OPEN = FilterSetup(FilterMode.PASS, 0)  # the controller's own acceptance filte
 
 
 def plug_dongle(hub: Hub, dialect: Dialect, bus: str) -> BoardInfo:
-    """Plug in a board for a dongle of this dialect, its CAN lines on this bus; raises NoSuchBoard.
+    """Plug in a board for a dongle of this dialect, with its CAN lines on this bus; raises NoSuchBoard.
 
-    It goes with this connection: no killed program leaves one behind.
+    The board is removed when this connection ends, even if the program is killed.
     """
     why: NoSuchBoard | None = None
     for kind in dialect.kinds:
@@ -60,9 +60,9 @@ def plug_dongle(hub: Hub, dialect: Dialect, bus: str) -> BoardInfo:
 
 
 class HubPort:
-    """CanSide on line 0 of a board, held until `end`; `event` is signalled when there is something to poll.
+    """The CanSide on line 0 of a board, whose control it holds until `end`; `event` is signalled when `poll` has data.
 
-    Raises InUse if somebody else sets that line up.
+    Raises InUse if another program has the control of that line.
     """
 
     def __init__(self, hub: Hub, board: BoardInfo, line: int = 0) -> None:
@@ -126,13 +126,13 @@ class HubPort:
         return self._frames.reading.ring.lost
 
     def poll_all(self) -> None:
-        """Forget what is there."""
+        """Discard all frames and events."""
         while self.poll():
             pass
         self.events()
 
     def end(self) -> None:
-        """Give the line back; a second time does nothing."""
+        """Release the line; a second call has no effect."""
         for lease in (self._frames, self._happenings, self._control):
             lease.close()
         self.event.close()

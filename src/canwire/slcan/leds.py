@@ -20,7 +20,7 @@ REMEMBERED = 64
 
 
 class Red(Enum):
-    """What the red LED says."""
+    """The meaning of the red LED."""
 
     OFF = "off"
     BLINKING = "blinking"
@@ -28,7 +28,7 @@ class Red(Enum):
 
 
 class LedEvent(NamedTuple):
-    """At this time of the dongle's: `led` is "both", "green" or "red"."""
+    """A change at a time of the dongle's clock: `led` is "both", "green" or "red"."""
 
     time_ns: int
     led: str
@@ -36,7 +36,7 @@ class LedEvent(NamedTuple):
 
 
 class Leds:
-    """Lit or not at a time in ns, counted as the dongle's times; `events` are the last ones, without each frame's."""
+    """The state of the LEDs by time in ns of the dongle's clock; `events` are the last changes except for frames."""
 
     def __init__(self, power_up_ns: int) -> None:
         self.red = Red.OFF
@@ -49,12 +49,12 @@ class Leds:
             self.events.append(LedEvent(self._blinks_ns + 2 * k * BLINK_NS, "both", "blink"))
 
     def frame(self, now_ns: int) -> None:
-        """One was sent or received: a green flash."""
+        """A frame was sent or received: a green flash."""
         self.frames += 1
         self._flash_end_ns = now_ns + FLASH_NS
 
     def show(self, flags: int, now_ns: int) -> None:
-        """The F byte has changed: a bus error is constant red, a lost arbitration none."""
+        """The F byte has changed: a bus error lights the red LED; a lost arbitration does not."""
         red = Red.CONSTANT if flags & BUS_ERROR else Red.BLINKING if flags & ~QUIET else Red.OFF
         if red is not self.red:
             self.red = red

@@ -1,4 +1,4 @@
-"""How fast the host's bytes come in: as a serial line would bring them, or as they are written."""
+"""The pace of the host's bytes: that of a serial line, or as fast as the host writes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ _BEHIND_S = 0.05  # a loop that comes late catches up with this much at most
 
 
 class Pace:
-    """What the host has written and the line has not brought yet, a command at a time; `baud_rate` 0: all at once.
+    """Holds bytes of the host until a serial line would have carried them, one command at a time.
 
-    Nobody reads on while something is left in here, so a host that writes too fast has to wait in its own write.
+    With `baud_rate` 0 all bytes are due immediately. No further bytes are read while some are held, so a host that
+    writes too fast has to wait in its write.
     """
 
     def __init__(self, baud_rate: int = 0) -> None:
@@ -18,19 +19,19 @@ class Pace:
         self._free_s = 0.0
 
     def __bool__(self) -> bool:
-        """Something is left."""
+        """True while bytes are held."""
         return bool(self._left)
 
     @property
     def paced(self) -> bool:
-        """There is a rate."""
+        """True if there is a baud rate."""
         return self._byte_s > 0
 
     def put(self, data: bytes) -> None:
         self._left += data
 
     def due(self, now_s: float) -> bytes:
-        """The next command, or what there is of it, if the line has brought it by now, else b""; unpaced: all."""
+        """The next command, or the part of it that is here, if it is due; else b"". Without a rate, all bytes."""
         self._free_s = max(self._free_s, now_s - _BEHIND_S)
         if self._free_s > now_s:
             return b""
@@ -41,5 +42,5 @@ class Pace:
         return data
 
     def wait_s(self, now_s: float) -> float | None:
-        """Until the next is due; None if nothing is left."""
+        """Seconds until the next command is due; None if no bytes are held."""
         return max(0.0, self._free_s - now_s) if self._left else None

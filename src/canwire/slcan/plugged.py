@@ -1,4 +1,4 @@
-"""A dongle and the board of the hub that it is made of."""
+"""A dongle together with its board at the hub."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 class PluggedDongle:
-    """Plugs in a board for it on this bus, and pulls it out by `close`; a Service makes it work. Raises NoSuchBoard."""
+    """A dongle on a board that it plugs in on this bus; `close` pulls the board out. Run the dongle in a Service.
+
+    Raises NoSuchBoard.
+    """
 
     def __init__(
         self, hub: Hub, settings: Settings | None = None, bus: str = "can0", eeprom: Eeprom | None = None
@@ -39,7 +42,7 @@ class PluggedDongle:
         return self._port.event
 
     def close(self) -> None:
-        """Pull it out, whatever it is doing; a second time does nothing."""
+        """Pull the board out at any time; a second call has no effect."""
         with suppress(HubError):
             self._hub.unplug(self.board.hardware_id)
         if self._port is not None:

@@ -1,4 +1,4 @@
-"""Frames of the host that found the transmit queue full: counted at the hub, and said once for each opening."""
+"""Frames of the host that are refused since the transmit queue is full: counted at the hub, logged once per opening."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from canwire.slcan.can_side import TRANSMIT_QUEUE, CanSide
 
 
 class Refusals:
-    """`one` counts; `tell` passes on what was counted since, at most once for each piece that comes from the host."""
+    """`one` counts a frame; `tell` reports the new count, at most once for each piece of data from the host."""
 
     def __init__(self, can: CanSide, say: Callable[[str], object]) -> None:
         self._can = can

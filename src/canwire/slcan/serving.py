@@ -1,4 +1,4 @@
-"""Dongles at work: one loop that carries bytes between their wires and them, and lets them see to their CAN side."""
+"""Runs dongles in one loop: it moves bytes between each dongle and its wire, and lets it serve its CAN side."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HOLD_LOOK_S, _LONGEST_HOLD_S = 0.01, 0.25
 
 
 class Served:
-    """A dongle on its wire. `event` is signalled when its CAN side has something."""
+    """A dongle on its wire. `event` is signalled when its CAN side has frames or events."""
 
     def __init__(self, dongle: Dongle, event: Event, wire: Wire, pace: Pace) -> None:
         self.dongle = dongle
@@ -41,14 +41,14 @@ class Served:
         self.bring()
 
     def bring(self) -> None:
-        """Let the dongle have what its line has brought."""
+        """Pass the bytes that are due to the dongle."""
         now_s = time.monotonic()
         while not self._holds(now_s) and (data := self.pace.due(now_s)):
             self.dongle.feed(data)
         self.flush()
 
     def wait_s(self, now_s: float) -> float | None:
-        """Until there is something to `bring`; None if nothing is left."""
+        """Seconds until `bring` has something to do; None if no bytes are held."""
         return _HOLD_LOOK_S if self.pace and self._holds(now_s) else self.pace.wait_s(now_s)
 
     def _holds(self, now_s: float) -> bool:
@@ -60,7 +60,7 @@ class Served:
         return self.dongle.waiting >= TRANSMIT_QUEUE and now_s - self._sent_s < _LONGEST_HOLD_S
 
     def flush(self) -> None:
-        """As much of the output as the wire takes."""
+        """Write as much of the output as the wire accepts."""
         self.blocked = False
         while self.dongle.output:
             if not self.wire.connected:
@@ -74,9 +74,9 @@ class Served:
 
 
 class Service:
-    """Any number of dongles in one thread.
+    """Runs any number of dongles in one thread.
 
-    `warn` hears when one's board was pulled out; the rest go on. Raises HubLost out of `run`.
+    If the board of a dongle is pulled out, `warn` is called and the others continue. `run` raises HubLost.
     """
 
     def __init__(self, warn: Callable[[str], object] | None = None) -> None:
@@ -86,9 +86,9 @@ class Service:
         self._warn = warn
 
     def add(self, dongle: Dongle, event: Event, wire: Wire, *, baud_rate: int = 0) -> None:
-        """Serve this one from now on; `event` is signalled when its CAN side has something.
+        """Serve this dongle from now on; `event` is signalled when its CAN side has frames or events.
 
-        With a `baud_rate` the host's bytes come in as a serial line brings them, else as fast as they are written.
+        With a `baud_rate` the host's bytes arrive at the pace of a serial line, else as fast as the host writes.
         """
         served = Served(dongle, event, wire, Pace(baud_rate))
         self._served.append(served)
@@ -99,7 +99,7 @@ class Service:
         self._sync(served)
 
     def run(self, stop: Event) -> None:
-        """Until `stop` is set, or no dongle is left."""
+        """Serve the dongles until `stop` is set, or until no dongle is left."""
         self._selector.register(stop.fileno(), selectors.EVENT_READ, None)
         try:
             while self._served:

@@ -1,4 +1,4 @@
-"""What a dongle is made with, and what it has counted since."""
+"""The settings of a dongle, and its counters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LONGEST_VERSION = 100
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """`tx_reply` "z": z or Z and CR for a queued frame, "cr": CR alone. `version` "" is the dialect's own.
+    """`tx_reply` "z": z or Z and CR for a queued frame, "cr": only CR. `version` "" is the default of the dialect.
 
     Raises BadValue.
     """
@@ -44,8 +44,9 @@ class Settings:
 
 @dataclass(slots=True)
 class DongleCounters:
-    """Since power-up. `received` reached the host's buffer, `lost` found the queue full; `refused` were the ninth to
-    be sent; `replies_lost` were for a host that reads nothing. `errors` of the `commands` were answered with BELL."""
+    """Counts since power-up. Of the frames for the host, `received` reached its buffer and `lost` found the queue full.
+    `refused` frames of the host found eight others waiting. `replies_lost` did not fit, since the host reads nothing.
+    `errors` of the `commands` were answered with BELL."""
 
     commands: int = 0
     errors: int = 0
@@ -57,7 +58,7 @@ class DongleCounters:
 
     @property
     def summary(self) -> str:
-        """For people."""
+        """The counters as text for display."""
         return (
             f"sent {self.sent}, refused {self.refused}, received {self.received}, lost {self.lost}, "
             f"replies lost {self.replies_lost}"
@@ -65,13 +66,13 @@ class DongleCounters:
 
     @property
     def losses(self) -> int:
-        """Frames and replies that did not get where they should."""
+        """The number of frames and replies that did not arrive."""
         return self.refused + self.lost + self.replies_lost
 
 
 @dataclass(slots=True)
 class Chosen:
-    """What S, s, M, m and their like have set for the next opening."""
+    """The settings for the next opening, from S, s, M, m and similar commands."""
 
     timing: BitTiming | None
     data_timing: BitTiming | None

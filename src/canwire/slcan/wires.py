@@ -1,6 +1,6 @@
-"""What stands between a dongle and its host: a pseudo terminal, a TCP connection, a serial port. None of them blocks.
+"""The wire between a dongle and its host: a pseudo terminal, a TCP connection or a serial port. No wire blocks.
 
-A wire without a host takes nothing and gives nothing; it may have to `look` again every so often for one.
+A wire without a host accepts no bytes and returns none; it may have to `look` for a host periodically.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _REOPEN_S = 0.5  # a serial port that went away
 
 
 class Wire(Protocol):
-    """`name` is where a host finds it. `read` gives b"" when nothing is there; `write` says how much went, 0 when it
-    has no room. Both notice that the host has gone: `connected` is False from then on."""
+    """`name` is the address for hosts. `read` returns b"" if no bytes wait; `write` returns how many bytes were
+    written, 0 if there is no room. Both notice that the host has gone: `connected` is then False."""
 
     name: str
     look_s: float | None
@@ -36,13 +36,13 @@ class Wire(Protocol):
     def connected(self) -> bool: ...
 
     def descriptors(self) -> tuple[int, ...]:
-        """To wait on for reading."""
+        """The descriptors to wait on for reading."""
 
     def writing(self) -> int:
-        """To wait on for writing while it is connected."""
+        """The descriptor to wait on for writing while a host is connected."""
 
     def look(self) -> None:
-        """Is there a host by now?"""
+        """Find out whether a host has connected."""
 
     def read(self) -> bytes: ...
     def write(self, data: bytes | bytearray | memoryview) -> int: ...
@@ -50,10 +50,10 @@ class Wire(Protocol):
 
 
 class PtyWire:
-    """A pseudo terminal with a link to it; clients open and close it as they like, each finds it raw and empty.
+    """A pseudo terminal with a symbolic link to it. Clients may open and close it; each finds it raw and empty.
 
-    The link is this wire's for as long as it lives; a lock file beside it says so, and ends with the process however
-    that ends. Raises InUse for the link of another, BadValue where something else than a link stands.
+    A lock file beside the link reserves the link for this wire; the lock ends with the process in any case. Raises
+    InUse if another wire has the link, BadValue if the path exists and is no symbolic link.
     """
 
     def __init__(self, link: str | os.PathLike[str]) -> None:
@@ -62,7 +62,7 @@ class PtyWire:
         self.link = Path(link).expanduser()
         self.link.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         if self.link.exists() and not self.link.is_symlink():
-            raise BadValue(f"{self.link}: there is something already that is no link")
+            raise BadValue(f"{self.link}: the path exists and is no symbolic link; choose another one")
         self._lock = _locked(self.link.with_name(f".{self.link.name}.lock"), self.link)
         self._master, slave = os.openpty()
         self.terminal = os.ttyname(slave)
@@ -106,7 +106,7 @@ class PtyWire:
             return 0
 
     def close(self) -> None:
-        """Takes the link along; a second time does nothing."""
+        """Close the pseudo terminal and remove the link; a second call has no effect."""
         if not self._closed:
             self._closed = True
             self.connected = False
@@ -148,9 +148,9 @@ def _locked(path: Path, link: Path) -> int:
 
 
 class TcpWire:
-    """Listens at HOST:PORT, `:PORT` and `PORT` meaning this machine only; port 0 takes a free one.
+    """Listens at HOST:PORT; `:PORT` and `PORT` mean this machine only. Port 0 selects a free port.
 
-    One host at a time, as a dongle has one cable: whoever else connects is let go at once.
+    It accepts one host at a time, as a dongle has one cable; further connections are closed immediately.
     """
 
     look_s: float | None = None
@@ -187,7 +187,7 @@ class TcpWire:
         return -1 if self._host is None else self._host.fileno()
 
     def look(self) -> None:
-        """Nothing to do: the listener tells."""
+        """Nothing to do: `read` accepts hosts when the listener is readable."""
 
     def read(self) -> bytes:
         self._accept()
@@ -239,7 +239,7 @@ class TcpWire:
 
 
 class SerialWire:
-    """A serial port, at whose far end the host is; opened again when it went away and comes back. Needs pyserial."""
+    """A serial port with the host at its other end; opened again when the port was gone and is back. Needs pyserial."""
 
     look_s: float | None = _REOPEN_S
 
@@ -249,7 +249,7 @@ class SerialWire:
         except ModuleNotFoundError:
             raise ExtraMissing("pyserial", "hardware") from None
         if sys.platform == "win32":
-            raise Unsupported("a dongle on a Windows serial port is not built yet; use --tcp")
+            raise Unsupported("a dongle on a serial port is not supported on Windows; use --tcp")
         self.name = device
         self._baud_rate = baud_rate
         self._serial: Any = serial

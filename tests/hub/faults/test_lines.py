@@ -315,7 +315,7 @@ def test_real_wire_cannot_be_disturbed(tmp_path: object) -> None:
 
     with embedded(config, time="fast") as engine, connected(engine) as hub:
         for name in ("HW000007:0", "socket://127.0.0.1:9"):
-            with pytest.raises(Unsupported, match="HW000007 is a real adapter on a bus of real wire"):
+            with pytest.raises(Unsupported, match="HW000007 is a real adapter on a real bus"):
                 hub.bus(name)
 
 

@@ -43,7 +43,7 @@ def test_everybody_sees_whose_fault_it_is(connect: Connect) -> None:
     assert [fault.setter.partition(" ")[0] for fault in seen] == ["first", "first"]
     assert [(fault.kind, fault.text) for fault in seen] == [
         ("noise", "noise, 1e-09 of all bits"),
-        ("flip", "flip bit 30 of standard 7FF, seen by HW000001:1, for ever"),
+        ("flip", "flip bit 30 of standard 7FF, seen by HW000001:1, every time"),
     ]
     assert second.bus("can0").faults.clear() == 0
     assert second.bus("can0").faults.clear(left=True) == 0

@@ -1,1 +1,1 @@
-"""The MCP2515 driven through its instructions: a simulated one, or a real one behind an SPI interface."""
+"""A driver of the MCP2515 that uses its instructions: for a simulated chip, or for a real one on an SPI interface."""

@@ -1,4 +1,4 @@
-"""What this driver needs of an MCP2515, wherever it is: its instructions. The model has them all as methods."""
+"""The instructions of an MCP2515, real or simulated, that this driver uses. The model has a method for each."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Instructions(Protocol):
-    """An MCP2515 at the other end of an SPI interface; addresses and values 0..255, buffers by number."""
+    """An MCP2515 on an SPI interface. Addresses and values are 0..255; buffers are numbered."""
 
     def reset(self) -> None:
         """RESET."""

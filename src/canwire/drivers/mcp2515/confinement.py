@@ -1,9 +1,10 @@
 """The driver's part in fault confinement: errors, states, bus-off.
 
-Bus-off: the chip comes back by itself after 128 times 11 recessive bits; a line stays off until somebody brings it
-back, whatever its controller (G-11, FS-59). So the driver lets it wait for them with nothing to send, and takes it
-off in configuration mode when it is back; INT must be served between two frames for that. `restart` during the wait
-lets it come back, after it within 11 bits; `start` does not wait for the 128, with this chip as with any other.
+The chip recovers from bus-off by itself after 128 times 11 recessive bits, but a line stays bus-off until a program
+restarts it, whatever its controller (G-11, FS-59). So the driver gives the chip nothing to send during these bits,
+and puts it into configuration mode once it has recovered; for this, INT must be served between two frames. After a
+`restart` during the wait the chip takes part once the wait is over; after a later `restart`, within 11 bits. `start`
+does not wait for the 128 sequences, with this chip as with any other.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ _PASSIVE = 128  # TEC from which on a sender is error passive
 
 
 class Confined(Sender):
-    """What the chip says of its errors; who is bus-off stays so until somebody asks."""
+    """The fault confinement that the chip reports. The controller stays bus-off until `restart` or `start`."""
 
     def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
         super().__init__(host, access, now)
         self._dozing = False  # sleep was asked for
-        self._off = self._returning = False  # bus-off, until somebody asks; somebody has asked
+        self._off = self._returning = False  # bus-off until a restart; a restart was requested
         self._tec = self._rec = 0  # as of the last error
 
     def _reset(self) -> None:
-        """Configuration mode at once."""
+        """Enter configuration mode immediately."""
         raise NotImplementedError
 
     def _operate(self) -> None:
@@ -45,7 +46,7 @@ class Confined(Sender):
         raise NotImplementedError
 
     def restart(self, at_ns: int) -> None:
-        """After bus-off: 128 times 11 recessive bits from the moment that it went off."""
+        """Recover from bus-off: 128 times 11 recessive bits after the controller went bus-off."""
         if self._off and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.CONFIGURATION:
             self._back()
             self._operate()

@@ -1,15 +1,16 @@
-"""Driver of an MCP2515, through its instructions alone: a model's, or a real chip's.
+"""Driver of an MCP2515, simulated or real, that uses only the chip's instructions.
 
-Each of the three transmit buffers has its mailbox; among those that are loaded the lowest identifier goes first, of
-equal ones the one that was loaded first.
+Each of the three transmit buffers has its mailbox. Of the loaded ones, the frame with the lowest identifier is sent
+first; of frames with the same identifier, the one that was loaded first.
 Source: DS20001801.
 
-What the chip does not tell:
-- of what kind an error is (ErrorKind.OTHER), and whose it was (guessed by TXERR and the counters);
-- which bit of an arbitration was lost, that one was lost before something else happens (the winner's frame arrives,
-  an error, success), and that the same frame lost again;
-- one-shot mode is for all buffers: frames that are not single shots and fall to it are requested again;
-- a frame on the wire: to abort it means that it is not repeated should it fail.
+Limits of the chip:
+- It does not report the kind of an error (so ErrorKind.OTHER), nor whose error it was (a guess from TXERR and the
+  counters).
+- It does not report in which bit arbitration was lost. A lost arbitration shows only once something else happens (the
+  winner's frame arrives, an error, success), and only once for each frame.
+- One-shot mode applies to all buffers: the driver requests other frames again if they failed because of it.
+- It does not report whether a frame is on the wire: an aborted frame that is, is not repeated if it fails.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _CANINTF = m.CANINTF
 
 
 class Mcp2515Driver(Confined):
-    """drivers/driver.py's seam over instructions. `now` tells the time in ns, `peek` reads for display."""
+    """The Driver (drivers/driver.py) of an MCP2515. `now` returns the time in ns; `peek` reads for display."""
 
     def __init__(
         self,
@@ -72,7 +73,7 @@ class Mcp2515Driver(Confined):
     # taking part
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
-        """With clean counters, after 11 recessive bits; a chip cannot be told that they were seen."""
+        """Take part with counters at 0, always after 11 recessive bits: the chip cannot skip them."""
         self._reset()
         self.running = True
         self._off = False
@@ -89,16 +90,16 @@ class Mcp2515Driver(Confined):
             self.tell(EventKind.STATE)
 
     def rejoin(self, at_ns: int) -> None:
-        """After 11 recessive bits; the chip has no way to wait for them but one that clears its counters."""
+        """Take part after 11 recessive bits; the only way to make the chip wait for them clears its counters."""
         if self.running and not self._off:
             self._reset()
             self._operate()
             self._state_changed(self._read(m.EFLG))
 
     def sleep(self, at_ns: int) -> None:
-        """Sleep once there is nothing to send and nothing on the bus; raises WrongState unless running."""
+        """Sleep once no frame waits to be sent and the bus is idle; raises WrongState unless running."""
         if not self.running or self._off:
-            raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
+            raise WrongState("a stopped controller cannot sleep; start the line first")
         if not self._dozing:
             self._dozing = True
             self._enabled |= m.INT_WAK
@@ -107,7 +108,7 @@ class Mcp2515Driver(Confined):
             self._look_asleep()
 
     def wake(self, at_ns: int) -> None:
-        """Take part again, after the oscillator's start and 11 recessive bits; nothing happens if it does not sleep."""
+        """Take part again after the start of the oscillator and 11 recessive bits; no effect unless it sleeps."""
         if self._dozing:
             self._look_asleep()
             if self._asleep:
@@ -117,7 +118,7 @@ class Mcp2515Driver(Confined):
                 self._awake()
 
     def _reset(self) -> None:
-        """Configuration mode at once; frames in the chip's buffers are gone, those in the mailboxes stay."""
+        """Enter configuration mode immediately; the chip's buffers are cleared, frames in the mailboxes stay."""
         self._chip.reset()
         self._forget_buffers()
         self._dozing = self._asleep = False
@@ -154,7 +155,7 @@ class Mcp2515Driver(Confined):
         ]
 
     def read_register(self, address: int, reset_mode: bool) -> int:
-        """In configuration mode filters and masks can be read; to get there clears the error counters."""
+        """Filters and masks can only be read in configuration mode; entering it clears the error counters."""
         self._check_address(address)
         if not reset_mode or not self.running:
             return self._read(address)

@@ -17,7 +17,7 @@ _RTR, _SRR, _EXIDE = m.DLC_RTR, m.SIDL_SRR, m.SIDL_EXIDE
 
 
 def frame_bytes(box: Mailbox) -> bytes:
-    """What to load from TXBnSIDH on."""
+    """The bytes to load into a transmit buffer, from TXBnSIDH on."""
     _, id, info, data = _RECORD.unpack_from(box.block)
     length = info >> _DLC_SHIFT & 15
     remote = _RTR if info & _REMOTE else 0
@@ -30,7 +30,7 @@ def frame_bytes(box: Mailbox) -> bytes:
 
 
 def take_frame(read: bytes, box: Mailbox) -> None:
-    """Put the frame that was read from RXBnSIDH on into a mailbox."""
+    """Put a received frame, the bytes from RXBnSIDH on, into a mailbox."""
     high, low, eid8, eid0, length = read[:5]
     id = high << 3 | low >> 5
     info = (length & 15) << _DLC_SHIFT
@@ -49,7 +49,7 @@ def take_frame(read: bytes, box: Mailbox) -> None:
 
 
 def arbitration_key(box: Mailbox) -> int:
-    """The frame's arbitration field: of two frames the one with the lower key goes first on a bus."""
+    """The frame's arbitration field: of two frames, the one with the lower key wins arbitration."""
     _, id, info = _HEAD.unpack_from(box.block)
     remote = 1 if info & _REMOTE else 0
     if info & _EXTENDED:

@@ -21,7 +21,7 @@ _FAILED = m.TX_TXERR | m.TX_MLOA
 
 
 class TransmitBuffer:
-    """One transmit buffer, and what the driver knows of it."""
+    """One transmit buffer, and the driver's record of it."""
 
     def __init__(self, number: int, box: Mailbox) -> None:
         self.number = number
@@ -39,7 +39,7 @@ class TransmitBuffer:
 
 
 class Sender(ChipDriver):
-    """Loads frames into the chip's buffers and learns what became of them."""
+    """Loads frames into the chip's buffers and finds out whether they were sent."""
 
     def __init__(self, host: Host | None, access: Instructions, now: Callable[[], int]) -> None:
         super().__init__(host, now, access.read)
@@ -52,11 +52,11 @@ class Sender(ChipDriver):
         self._turn = 0
 
     def wake(self, at_ns: int) -> None:
-        """Something is to be sent: do not sleep."""
+        """A frame is to be sent: do not sleep."""
         raise NotImplementedError
 
     def on_wire(self) -> bool:
-        """The chip does not tell: something has just been requested, and has not failed yet."""
+        """True if a frame was requested and has not failed yet, since the chip does not report the wire's state."""
         latest_ns = self._now() - _LONGEST_WAIT_BITS * self._bit_ns
         return any(
             buffer.in_chip
@@ -107,7 +107,7 @@ class Sender(ChipDriver):
         for buffer in self._buffers:
             if buffer.box is box:
                 return buffer
-        raise BadValue("a mailbox of another driver")
+        raise BadValue("this mailbox belongs to another driver")
 
     def _send(self, buffer: TransmitBuffer) -> None:
         """Put the mailbox's frame into its transmit buffer and request its transmission."""

@@ -1,4 +1,4 @@
-"""A line's settings as values of an MCP2515's registers."""
+"""The settings of a line as values for the registers of an MCP2515."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ USUAL = {
 
 
 def set_up(settings: LineSettings, oscillator_hz: int) -> tuple[dict[int, int], int]:
-    """What goes into which register, and the mode. Raises BadTiming, Unsupported or BadValue."""
+    """The value for each register, and the mode. Raises BadTiming, Unsupported or BadValue."""
     cnf = cnf_of(settings.timing, oscillator_hz)
     if settings.data_timing is not None:
-        raise Unsupported("an MCP2515 knows classic CAN only: no data bit rate, no long frames")
+        raise Unsupported("an MCP2515 supports classic CAN only: no data bit rate, no long frames")
     settings.refuse_options("an MCP2515")
     if settings.oscillator_ppm:
         raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
     if settings.loop_back and settings.listen_only:
-        raise BadValue("listen_only and loop_back: an MCP2515 is in one mode at a time")
+        raise BadValue("listen_only and loop_back: an MCP2515 can only be in one of these modes")
     registers = dict(zip((m.CNF1, m.CNF2, m.CNF3), cnf, strict=True)) | USUAL
     for name, value in settings.registers:
         if name not in SETTABLE or not 0 <= value <= 0xFF:

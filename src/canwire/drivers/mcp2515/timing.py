@@ -13,9 +13,9 @@ _SEGMENT = 8
 
 
 def cnf_of(timing: BitTiming, oscillator_hz: int) -> tuple[int, int, int]:
-    """CNF1, CNF2 and CNF3 for this timing, or for its rate and sample point by this chip's oscillator.
+    """CNF1, CNF2 and CNF3 for this timing, or for its rate and sample point with this chip's oscillator.
 
-    Raises BadTiming where the registers cannot hold it or the chip forbids it.
+    Raises BadTiming if the registers cannot hold the timing or the chip forbids it.
     """
     clock_hz = oscillator_hz // 2
     if timing.clock_hz != clock_hz:
@@ -25,7 +25,9 @@ def cnf_of(timing: BitTiming, oscillator_hz: int) -> tuple[int, int, int]:
     tseg1, phase2, jump = timing.tseg1, timing.tseg2, timing.sjw
     LIMITS.check(timing.prescaler, tseg1, phase2, jump)
     if phase2 > tseg1:
-        raise BadTiming(f"tseg2 {phase2}: an MCP2515 wants PROP + PHASE1, here {tseg1}, to be no shorter")
+        raise BadTiming(
+            f"tseg2 {phase2}: an MCP2515 needs PROP + PHASE1 to be at least as long, and it is {tseg1}"
+        )
     jump = min(jump, phase2 - 1)
     phase1 = min(max(timing.phase1, 1, tseg1 - _SEGMENT), _SEGMENT, tseg1 - 1)
     prop = tseg1 - phase1

@@ -1,1 +1,1 @@
-"""Whatever python-can opens, as a line's controller."""
+"""The driver of adapters that python-can opens."""

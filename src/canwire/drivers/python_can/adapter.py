@@ -1,6 +1,6 @@
-"""A python-can bus with two threads: one opens it and reads, one sends. Both only post what they find out.
+"""A python-can bus with two threads: one opens it and reads, one sends. Both only post results to the hub's thread.
 
-python-can's objects stay in here: others get records of 80 bytes and times.
+Objects of python-can stay in this file: other files receive records of 80 bytes and times.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ monotonic_ns = time.monotonic_ns
 
 
 class Heard(NamedTuple):
-    """A message as the hub's thread takes it: `error` (identifier, data) instead of a record for error frames.
+    """A message for the hub's thread: a record, or for an error frame its `error` (identifier, data).
 
-    `own`: the adapter says that it sent this frame itself.
+    `own`: the adapter reports that it sent this frame itself.
     """
 
     record: bytes
@@ -47,7 +47,7 @@ class Heard(NamedTuple):
 
 
 class User:
-    """What happens, told in the hub's thread; `adapter` says which one tells."""
+    """Receives what happens to an `adapter`, in the hub's thread."""
 
     def opened(self, adapter: Adapter, what: str) -> None: ...
     def failed(self, adapter: Adapter, why: str) -> None: ...
@@ -58,7 +58,7 @@ class User:
 
 
 class Adapter:
-    """Opens the bus, again and again if need be, until `close`."""
+    """Opens the bus, and opens it again after each failure until `close`."""
 
     def __init__(self, port: Port, setup: Setup, reactor: Reactor, user: User) -> None:
         self._port = port
@@ -73,15 +73,15 @@ class Adapter:
         threading.Thread(target=self._run, name="canwire-python-can", daemon=True).start()
 
     def send(self, frame: Frame) -> None:
-        """`sent` is told of each."""
+        """Queue this frame; `User.sent` is called for each."""
         self._outgoing.put(frame)
 
     def close(self) -> None:
-        """Nothing more is told."""
+        """Close the bus; the User is not called after this."""
         self._closed.set()
         self._outgoing.put(None)
 
-    # in threads of its own
+    # in the adapter's threads
 
     def _tell(self, work: Callable[[], object]) -> None:
         with contextlib.suppress(CanwireError):  # the hub has ended
@@ -172,7 +172,7 @@ _STATES = {
 
 
 def look(port: Port, reactor: Reactor, tell: Callable[[str], object]) -> None:
-    """Tell, in the hub's thread, why this adapter cannot be opened; "" where nothing shows beforehand."""
+    """Call `tell` in the hub's thread with the reason why this adapter cannot be opened; "" if none is known yet."""
 
     def find() -> None:
         why = missing(port)
@@ -183,7 +183,7 @@ def look(port: Port, reactor: Reactor, tell: Callable[[str], object]) -> None:
 
 
 def _heard(message: Any) -> Heard | None:
-    """None for what is no frame that a bus could carry: python-can checks nothing."""
+    """None for a message that no bus could carry: python-can does not check that."""
     stamp_ns, arrived_ns = int((message.timestamp or 0) * 1e9), monotonic_ns()
     if message.is_error_frame:
         return Heard(

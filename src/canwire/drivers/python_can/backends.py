@@ -1,4 +1,4 @@
-"""What python-can's interfaces can do, as a table; python-can itself does not tell. Source: its sources, 4.6."""
+"""A table of what python-can's interfaces can do, which python-can does not report. Source: its sources, 4.6."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-PASSIVE = "BusState.PASSIVE"  # stands for that constant, so that python-can need not be loaded
+PASSIVE = "BusState.PASSIVE"  # means that constant, so that python-can need not be loaded
 
 
 @dataclass(frozen=True, slots=True)
 class Backend:
-    """One interface: what `can.Bus` wants to be told beside channel and bit rate.
+    """One interface: the arguments that `can.Bus` needs besides channel and bit rate, and its abilities.
 
-    `listen_only`, `fd`: arguments for it, None where it cannot. With `timing` it takes CAN FD's bit rates as a
-    can.BitTimingFd. `state`: its `state` is the controller's. `classes`: its error frames are in
-    SocketCAN's form; of others no more is known than that they are some. `echoes`: it receives what it sends, and
-    does not say which that is. `ours`: canwire drives it itself, and a frame is sent once the bus has taken it.
+    `listen_only`, `fd`: arguments for these modes, None if the interface lacks them. `timing`: it accepts the bit
+    rates of CAN FD as a can.BitTimingFd. `state`: its `state` is that of the controller. `classes`: its error frames
+    have SocketCAN's form; of other error frames only their arrival is known. `echoes`: it receives what it sends,
+    without a mark. `ours`: canwire has its own driver, and a frame counts as sent once it was on the bus.
     """
 
     listen_only: Mapping[str, Any] | None = None
@@ -30,7 +30,7 @@ class Backend:
 
 _UNKNOWN = Backend()
 BACKENDS = {
-    # on buses without acknowledge, saying nothing is listening only
+    # buses without acknowledgement: a node that sends nothing only listens
     "virtual": Backend(listen_only={}, fd={}),
     "udp_multicast": Backend(listen_only={}, fd={"fd": True}, echoes=True),
     "socketcan": Backend(fd={"fd": True}, classes=True),
@@ -49,5 +49,5 @@ BACKENDS = {
 
 
 def backend(interface: str) -> Backend:
-    """What is known of it; of others only that they send and receive."""
+    """The abilities of this interface; an unknown one can only send and receive."""
     return BACKENDS.get(interface, _UNKNOWN)

@@ -1,4 +1,4 @@
-"""Driver of an adapter that python-can opens: drivers/driver.py's seam over adapter.py's threads."""
+"""Driver of an adapter that python-can opens: the Driver (drivers/driver.py) over the threads of adapter.py."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _ECHOES = 64  # frames that are on their way back at most
 class PythonCanDriver(OutsideDriver, User):
     """The adapter at `port` (port.py), open while the line runs; raises BadValue.
 
-    Where the interface does not tell, the state is ERROR_ACTIVE while it is open. A frame counts as sent once
-    python-can has taken it.
+    If the interface does not report a state, the state is ERROR_ACTIVE while it is open. A frame counts as sent once
+    python-can has accepted it.
     """
 
     def __init__(self, host: Host | None, port: str, timeline: Timeline, reactor: Reactor) -> None:
@@ -54,7 +54,7 @@ class PythonCanDriver(OutsideDriver, User):
         if settings.loop_back or settings.registers:
             raise Unsupported("an adapter of python-can has no loop-back and no registers")
         if settings.listen_only and self._kind.listen_only is None:
-            raise Unsupported(f"python-can's {self._port.interface} cannot be told to listen only")
+            raise Unsupported(f"python-can's {self._port.interface} has no listen-only mode")
         if settings.data_timing is not None and self._kind.fd is None:
             raise Unsupported(f"python-can's {self._port.interface} is used for classic CAN only")
 
@@ -78,7 +78,7 @@ class PythonCanDriver(OutsideDriver, User):
         self._leave()
 
     def restart(self, at_ns: int) -> None:
-        """Opening it anew is all that helps."""
+        """Open the bus again, the only way back from bus-off."""
         if self.running:
             self._leave()
             self._open()
@@ -113,7 +113,7 @@ class PythonCanDriver(OutsideDriver, User):
             self._adapter.send(frame)
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """What python-can was given cannot be taken back."""
+        """A frame that python-can has accepted cannot be aborted."""
         if not box.occupied or self._sending:
             return False
         self.finished(False)
@@ -150,7 +150,7 @@ class PythonCanDriver(OutsideDriver, User):
             self.on_identified(Identity(tuple(facts)))
 
     def failed(self, adapter: Adapter, why: str) -> None:
-        """One event until it is open."""
+        """Report the failure, with one event until the bus is open."""
         self.hindered(why)
         if adapter is self._adapter and not self._complained:
             self._complained = True

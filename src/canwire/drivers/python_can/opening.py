@@ -1,4 +1,4 @@
-"""How python-can's bus, or canwire's own driver in its place, is opened as a line is set up."""
+"""Opens python-can's bus, or canwire's own driver in its place, with the settings of a line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from canwire.values.timing.bit_timing import BitTiming
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """How the bus is to be opened."""
+    """The settings to open the bus with."""
 
     timing: BitTiming
     data_timing: BitTiming | None
@@ -25,7 +25,7 @@ class Setup:
 
 
 def open_bus(port: Port, setup: Setup) -> Any:
-    """can.Bus as the line is set up; raises whatever that raises, ExtraMissing without python-can."""
+    """can.Bus with the settings of the line; raises what can.Bus raises, ExtraMissing without python-can."""
     if port.interface == "gs_usb":
         return open_gs_usb(port, setup)
     can = load_can()
@@ -48,7 +48,7 @@ def open_bus(port: Port, setup: Setup) -> Any:
 
 
 def load_can() -> Any:
-    """python-can, or one clear line that names the extra."""
+    """The module `can`; raises ExtraMissing, which names the extra to install."""
     try:
         import can
     except ModuleNotFoundError:
@@ -58,7 +58,7 @@ def load_can() -> Any:
 
 
 def open_gs_usb(port: Port, setup: Setup) -> GsUsbBus:
-    """Canwire's own driver, with the options `port` and `detach`; raises OSError, Unsupported, BadValue, BadTiming."""
+    """canwire's own driver, with the options `port` and `detach`; raises OSError, Unsupported, BadValue, BadTiming."""
     if unknown := sorted(set(port.options) - {"port", "detach"}):
         raise BadValue(f"{port.text}: gs_usb has no option {unknown[0]!r}, but port=NUMBER and detach=true")
     opening = Opening(

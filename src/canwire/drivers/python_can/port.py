@@ -1,6 +1,6 @@
 """An adapter of python-can, as text: `pcan/PCAN_USBBUS1`, `virtual/0`, `kvaser/0?single_handle=true`.
 
-What stands before the / is python-can's `interface`, behind it the `channel`; arguments of that interface follow a ?.
+The part before the / is python-can's `interface`, the part after it the `channel`; arguments for it follow a ?.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _OURS = ("interface", "channel", "bitrate", "data_bitrate", "timing", "fd", "ign
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """Parsed; `channel` None leaves it to the interface."""
+    """A parsed port; with `channel` None the interface chooses its channel."""
 
     text: str
     interface: str
@@ -26,16 +26,18 @@ class Port:
 
 
 def parse_port(text: str) -> Port:
-    """Raises BadValue."""
+    """The Port that this text describes; raises BadValue."""
     place, _, query = text.removeprefix("python-can:").partition("?")
     interface, _, channel = place.partition("/")
     if not interface.replace("_", "").replace("-", "").isalnum():
-        raise BadValue(f"port {text!r}: python-can's interface and channel, pcan/PCAN_USBBUS1 perhaps")
+        raise BadValue(
+            f"port {text!r}: python-can's interface and channel are needed, such as pcan/PCAN_USBBUS1"
+        )
     if (
         interface == "slcan"
     ):  # python-can's own takes no notice of BELL: what the adapter refuses counts as sent
         raise BadValue(
-            f"port {text!r}: python-can's slcan does not hear when the adapter refuses a frame, which is lost then; "
+            f"port {text!r}: python-can's slcan does not notice when the adapter refuses a frame, which is then lost; "
             f"share it by canwire's own driver: canwire share {unquote(channel) or '/dev/ttyUSB0'}"
         )
     options = {name: _value(value) for name, value in parse_qsl(query, keep_blank_values=True)}

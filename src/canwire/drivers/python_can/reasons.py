@@ -1,6 +1,6 @@
-"""Why python-can cannot open an adapter: its many exceptions as one sentence that says what to do.
+"""Why python-can cannot open an adapter: turns its many exceptions into one sentence that says what to do.
 
-Source: python-can 4.6's interfaces, by what each raises without its package, driver, adapter or the right to it.
+Source: python-can 4.6's interfaces: what each raises without its package, driver, adapter or permission.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LISTED = ("socketcan", "pcan", "serial")  # whose channels are found by the nam
 
 
 class Needs(NamedTuple):
-    """What an interface needs besides python-can: a package of PyPI, a driver of its maker's, or both."""
+    """What an interface needs besides python-can: a package of PyPI, the maker's driver, or both."""
 
     package: str = ""
     driver: str = ""
@@ -65,7 +65,7 @@ _NO_DRIVER = (
 
 
 def reason(port: Port, error: Exception) -> str:
-    """One sentence; what python-can itself said comes last, in parentheses, where it adds something."""
+    """One sentence; python-can's own message comes last, in parentheses, if it says more."""
     if isinstance(error, CanwireError):
         return str(error)
     said, found = text_of(error), _cause(port, error)
@@ -78,10 +78,10 @@ def _cause(port: Port, error: Exception) -> str:
     if isinstance(error, NotImplementedError) and "not supported" in said:
         return absent(f"interface {port.interface!r} in python-can", known_interfaces(), port.interface)
     if _no_module(said):
-        way = f"pip install {needs.package}" if needs.package else "install what it names"
+        way = f"pip install {needs.package}" if needs.package else "install the package that it names"
         return f"python-can's {port.interface} needs a package that is not installed: {way}"
     if isinstance(error, NameError) or any(word in said.lower() for word in _NO_DRIVER):
-        driver = needs.driver or "its maker has it"
+        driver = needs.driver or "its maker provides it"
         return f"the driver that python-can's {port.interface} needs is not installed: {driver}"
     if isinstance(error, TypeError) and (missing := re.findall(r"'(\w+)'", said.partition("missing")[2])):
         return f"give it its arguments: {name}?{'&'.join(f'{one}=...' for one in missing)}"
@@ -101,7 +101,7 @@ def _no_module(said: str) -> bool:
 
 
 def known_interfaces() -> list[str]:
-    """python-can's own and those of packages that add some; raises ExtraMissing."""
+    """python-can's own interfaces and those of packages that add some; raises ExtraMissing."""
     try:
         from can.interfaces import BACKENDS
     except ModuleNotFoundError:
@@ -110,14 +110,14 @@ def known_interfaces() -> list[str]:
 
 
 def detected(interface: str) -> list[str]:
-    """The channels that are found for it; none where python-can cannot look for them."""
+    """The channels that python-can finds for this interface; empty if it cannot search for them."""
     if interface == "gs_usb":
         return [name.removeprefix("gs_usb/") for name in devices.names_of(devices.find_devices())]
     return [str(one.get("channel", "")) for one in detected_configs([interface])]
 
 
 def detected_configs(interfaces: list[str]) -> list[dict[str, Any]]:
-    """What python-can's `detect_available_configs` finds; an interface that fails at it has none."""
+    """What python-can's `detect_available_configs` finds; an interface whose search fails has none."""
     found: list[dict[str, Any]] = []
     import can
 
@@ -129,7 +129,7 @@ def detected_configs(interfaces: list[str]) -> list[dict[str, Any]]:
 
 
 def missing(port: Port) -> str:
-    """What shows without opening it: no such interface, package, driver or channel; "" where nothing does."""
+    """An obstacle that shows before the port is opened: no such interface, package, driver or channel; "" if none."""
     try:
         if port.interface == "gs_usb":
             devices.chosen(devices.find_devices(), port.channel or "")
@@ -152,7 +152,7 @@ def _load(interface: str) -> None:
 
 
 def silence() -> None:
-    """python-can warns through `logging` of what is missing, again with each attempt: the hub says it, once."""
+    """Silence python-can's warnings of what is missing, which repeat with each attempt: the hub reports it once."""
     logger = logging.getLogger("can")
     if not logger.handlers:
         logger.addHandler(logging.NullHandler())

@@ -1,1 +1,1 @@
-"""The SJA1000 driven through its registers: a simulated one, or a real one behind ports."""
+"""A driver of the SJA1000 that uses its registers: for a simulated chip, or for a real one behind I/O ports."""

@@ -1,4 +1,4 @@
-"""What has to be written into an SJA1000's registers for what: set up, reset and operating mode, sleep.
+"""Writes an SJA1000's registers for settings, reset mode, operating mode and sleep.
 
 Source: SJA1000 data sheet 6.4; reference/sja1000.md sections 3, 7 and 8.
 """
@@ -34,7 +34,7 @@ _SIDE_EFFECTS = {m.IR, m.ALC, m.ECC}  # to read these changes the chip
 
 
 class Chip:
-    """The registers behind `access`; `peek` reads one without side effects."""
+    """The chip's registers, by `access`; `peek` reads one without side effects."""
 
     def __init__(
         self, access: RegisterAccess, oscillator_hz: int, peek: Callable[[int], int] | None = None
@@ -50,10 +50,10 @@ class Chip:
         self.loops_back = False
 
     def values_of(self, settings: LineSettings) -> dict[int, int]:
-        """What goes into which register. Raises BadTiming, Unsupported or BadValue."""
+        """The value for each register. Raises BadTiming, Unsupported or BadValue."""
         btr = self._timing_registers(settings.timing)
         if settings.data_timing is not None:
-            raise Unsupported("an SJA1000 knows classic CAN only: no data bit rate, no long frames")
+            raise Unsupported("an SJA1000 supports classic CAN only: no data bit rate, no long frames")
         settings.refuse_options("an SJA1000")
         if settings.oscillator_ppm:
             raise BadTiming(f"oscillator_ppm {settings.oscillator_ppm}: the crystal is the board's")
@@ -65,7 +65,7 @@ class Chip:
         return wanted
 
     def set_up(self, settings: LineSettings) -> None:
-        """Into reset mode, with all settings; raises before anything is changed."""
+        """Enter reset mode and write all settings; raises before it changes anything."""
         wanted = self.values_of(settings)
         self.enter_reset()
         self._asked = wanted.pop(m.IER)
@@ -90,20 +90,20 @@ class Chip:
         return self._asked | self._needed
 
     def need(self, interrupts: int, *, transmits: bool) -> None:
-        """These bits of IER are set from now on, besides those of the settings; `transmits`: a frame is in the chip."""
+        """Set these bits of IER from now on, besides those of the settings; `transmits`: the chip has a frame."""
         if interrupts != self._needed:
             self._needed = interrupts
             if self._set_up:
                 self.write(m.IER, self._interrupts | (m.IER_TIE if transmits else 0))
 
     def enter_reset(self) -> None:
-        """PeliCAN, in reset mode; a frame in the transmit buffer is gone."""
+        """Enter reset mode of PeliCAN; a frame in the transmit buffer is lost."""
         self.write(m.MOD, m.MOD_RM)
         self.write(m.CDR, m.CDR_PELICAN | m.CDR_CBP)
         self.write(m.MOD, m.MOD_RM)  # what was a BasicCAN control register is the mode register now
 
     def clear(self) -> None:
-        """In reset mode: clean counters, nothing captured. Ends bus-off too, without its 128 sequences (6.4.12)."""
+        """In reset mode: clear counters and captures. This also ends bus-off, without the 128 sequences (6.4.12)."""
         self.write(m.TXERR, 0)
         self.write(m.RXERR, 0)
         for address in (m.IR, m.ALC, m.ECC):
@@ -114,12 +114,12 @@ class Chip:
         self.write(m.MOD, self._mode)
 
     def expect_transmit(self, expected: bool) -> None:
-        """TIE is set while a frame is in the chip, unless the settings' IER asks for it always."""
+        """Set TIE only while the chip has a frame, unless IER of the settings contains it."""
         if not self._interrupts & m.IER_TIE:
             self.write(m.IER, self._interrupts | (m.IER_TIE if expected else 0))
 
     def sleep(self) -> None:
-        """It wakes at once where the bus is busy (6.4.3)."""
+        """Enter sleep mode; the chip wakes immediately if the bus is busy (6.4.3)."""
         self.write(m.IER, self._interrupts | m.IER_WUIE)
         self.write(m.MOD, self._mode | m.MOD_SM)
 
@@ -138,9 +138,9 @@ class Chip:
         return ErrorState.ERROR_WARNING if status & m.SR_ES else ErrorState.ERROR_ACTIVE
 
     def registers(self) -> list[RegisterValue]:
-        """Those of the present mode, as far as they can be read without side effects; not the RAM.
+        """The registers of the present mode that can be read without side effects; not the RAM.
 
-        A chip that nobody has set up is in BasicCAN mode, with the reset request at the same place.
+        A chip without settings is in BasicCAN mode, where the reset request has the same address and bit.
         """
         resetting = bool(self.read(m.MOD) & m.MOD_RM)
         file = m.PELICAN if self.read(m.CDR) & m.CDR_PELICAN else m.BASIC
@@ -153,6 +153,6 @@ class Chip:
         return values
 
     def check_address(self, address: int, value: int = 0) -> None:
-        """Raises BadValue."""
+        """Raises BadValue unless the address is 0..127 and the value 0..255."""
         if not 0 <= address < m.PELICAN_ADDRESSES or not 0 <= value <= 0xFF:
             raise BadValue(f"register {address} = {value}: an SJA1000 has 0..127, each 0..255")

@@ -1,6 +1,6 @@
-"""Driver of an SJA1000 in PeliCAN mode, through its registers alone: a model's, or a real chip's.
+"""Driver of an SJA1000 in PeliCAN mode, simulated or real, that uses only the chip's registers.
 
-One frame is in the chip at a time; TIE is only set while one is, unless the settings' IER asks for it always.
+The chip has one frame at a time. TIE is only set while it has one, unless IER of the settings contains TIE.
 Source: SJA1000 data sheet 6.4; reference/sja1000.md.
 """
 
@@ -32,11 +32,11 @@ _INTERRUPTS = {
     int(EventKind.STATE): m.IER_EIE | m.IER_EPIE,
     int(EventKind.OVERRUN): m.IER_DOIE,
 }
-"""The interrupts that tell of each kind of event."""
+"""The interrupts that report each kind of event."""
 
 
 class Sja1000Driver(ChipDriver):
-    """drivers/driver.py's seam over registers. `now` tells the time in ns, `peek` reads without side effects."""
+    """The Driver (drivers/driver.py) of an SJA1000. `now` returns the time in ns; `peek` reads without side effects."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Sja1000Driver(ChipDriver):
     # taking part
 
     def start(self, at_ns: int, integrated: bool = False) -> None:
-        """With clean counters, after 11 recessive bits; a chip cannot be told that they were seen."""
+        """Take part with counters at 0, always after 11 recessive bits: the chip cannot skip them."""
         self._enter_reset()
         self._chip.clear()
         self.running = True
@@ -107,7 +107,7 @@ class Sja1000Driver(ChipDriver):
 
     def sleep(self, at_ns: int) -> None:
         if not self.running:
-            raise WrongState("a controller that takes no part in its bus has nothing to sleep from")
+            raise WrongState("a stopped controller cannot sleep; start the line first")
         if not self._asleep:
             self._asleep = True
             self.tell(EventKind.SLEEPING)
@@ -179,12 +179,12 @@ class Sja1000Driver(ChipDriver):
             return False
         delivered = False
         if self._in_chip:
-            self._write(m.CMR, m.CMR_AT)  # a frame on the wire goes on, and is not repeated should it fail
+            self._write(m.CMR, m.CMR_AT)  # a frame on the wire continues, and is not repeated if it fails
             status = self._read(m.SR)
             if not status & m.SR_TBS:
                 return False
             delivered = bool(status & m.SR_TCS)
-        if box.occupied:  # no transmit interrupt has told of it
+        if box.occupied:  # no transmit interrupt has reported it
             self._finished(delivered)
         return not delivered
 

@@ -1,4 +1,4 @@
-"""What an SJA1000's error code capture says, as an ErrorKind.
+"""The ErrorKind that an SJA1000's error code capture means.
 
 Source: SJA1000 data sheet, tables 20 and 21; reference/sja1000.md section 6.
 """
@@ -13,7 +13,7 @@ _CRC_DELIMITER, _ACK_SLOT, _EOF, _ACK_DELIMITER = 0x18, 0x19, 0x1A, 0x1B
 
 
 def error_kind(code: int) -> ErrorKind:
-    """What was wrong with the frame; the chip has no codes of their own for a missing acknowledge and a wrong CRC."""
+    """The kind of error; the chip has no separate codes for a missing acknowledgement and a wrong CRC."""
     kind = _KINDS.get(code & m.ECC_TYPE_MASK)
     segment = code & m.ECC_SEGMENT_MASK
     if kind is None:

@@ -16,7 +16,7 @@ _REMOTE, _EXTENDED, _DLC_SHIFT = 1 << 22, 1 << 23, 16
 
 
 def frame_bytes(box: Mailbox) -> bytes:
-    """What to write from m.TX_BUFFER on: frame information, identifier, data."""
+    """The bytes to write from m.TX_BUFFER on: frame information, identifier, data."""
     _, id, info, data = _RECORD.unpack_from(box.block)
     length = info >> _DLC_SHIFT & 15
     remote = m.FI_RTR if info & _REMOTE else 0
@@ -28,7 +28,7 @@ def frame_bytes(box: Mailbox) -> bytes:
 
 
 def take_frame(read: Callable[[int], int], box: Mailbox) -> None:
-    """Put the frame in the receive window into a mailbox; the window still has it."""
+    """Copy the frame in the receive window into a mailbox; the window keeps it."""
     head = read(m.RX_WINDOW)
     if head & m.FI_FF:
         id = read(17) << 21 | read(18) << 13 | read(19) << 5 | read(20) >> 3

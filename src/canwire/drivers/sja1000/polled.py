@@ -1,4 +1,4 @@
-"""A real SJA1000 behind the ports of this machine: without interrupts, its registers are looked at by the clock."""
+"""A real SJA1000 behind I/O ports of this machine: its registers are polled, since no interrupt is available."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PortDriver(Sja1000Driver):
             self._ports.close()
 
     def counters(self) -> Counters:
-        """The last ones, once it is closed."""
+        """The present counters; after `close`, the last ones."""
         return super().counters() if self._last is None else self._last
 
     def _look(self) -> None:
@@ -61,7 +61,7 @@ class PortDriver(Sja1000Driver):
 
 
 def port_driver(host: Host | None, base: int, timeline: Timeline, path: str = PATH) -> PortDriver:
-    """The driver of the board at this address; raises NoSuchBoard where none answers, and what PortAccess raises."""
+    """The driver of the board at this address; raises NoSuchBoard if no chip answers, and what PortAccess raises."""
     ports = PortAccess(base, path)
     if not ports.answers():
         ports.close()

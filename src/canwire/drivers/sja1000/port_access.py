@@ -1,6 +1,6 @@
-"""The registers of a real INduCAN104, through Linux's /dev/port. Nothing uses it unless a configuration asks for it.
+"""The registers of a real INduCAN104, through Linux's /dev/port; used only if a configuration selects it.
 
-No interrupt reaches a program this way: whoever uses it looks at the registers by the clock.
+No interrupt reaches a program this way, so the driver polls the registers.
 Source: port(4); INduCAN104 manual ("PC/104 board address").
 """
 
@@ -23,7 +23,7 @@ _CDR_ZERO = 0x10  # reads 0
 class PortAccess:
     """read(address) and write(address, value) of an SJA1000's registers, 0..127, at a base address.
 
-    `path` is opened at once: raises NoSuchBoard where there is no such device, Unsupported where this process may
+    The constructor opens `path`. It raises NoSuchBoard if the device does not exist, Unsupported if this process may
     not use it, BadValue for a base address that no board can have.
     """
 
@@ -39,7 +39,7 @@ class PortAccess:
         self._close = weakref.finalize(self, os.close, self._descriptor)
 
     def read(self, address: int) -> int:
-        """One register; raises NoSuchBoard where the device ends before it, Closed."""
+        """Read one register; raises NoSuchBoard if the device ends before it, and Closed."""
         port = self._port(address)
         try:
             found = os.pread(self._descriptor, 1, port)
@@ -50,7 +50,7 @@ class PortAccess:
         return found[0]
 
     def write(self, address: int, value: int) -> None:
-        """One register; raises BadValue for a value that is no byte, Closed."""
+        """Write one register; raises BadValue for a value outside 0..255, and Closed."""
         port = self._port(address)
         block = bytes((checked_byte(value, port),))
         try:
@@ -59,7 +59,7 @@ class PortAccess:
             self._refuse(error)
 
     def answers(self) -> bool:
-        """An SJA1000 is there: its clock divider keeps what is written into it. Its other registers stay untouched."""
+        """True if an SJA1000 answers: its clock divider keeps a written value. No other register is touched."""
         before = self.read(_CDR)
         if before & _CDR_ZERO:  # 0xFF: an empty port
             return False
@@ -69,7 +69,7 @@ class PortAccess:
             self.write(_CDR, before)
 
     def close(self) -> None:
-        """Let go of the device; a second time does nothing."""
+        """Close the device; a second call has no effect."""
         self._close()
 
     def _keeps(self, value: int) -> bool:

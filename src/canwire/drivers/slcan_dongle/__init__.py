@@ -1,1 +1,1 @@
-"""A serial adapter that speaks the CANBUS dongle's ASCII protocol (SLCAN, LAWICEL), as a line's controller."""
+"""The driver of serial adapters with the ASCII protocol of the CANBUS dongle (SLCAN, LAWICEL)."""

@@ -1,8 +1,8 @@
-"""A line's filter in the SJA1000's acceptance registers, as far as it fits: two filters of 16 bits each.
+"""The part of a line's filter that fits into the SJA1000's acceptance registers: two filters of 16 bits each.
 
-A filter sees a standard frame's identifier and RTR (and data, which is not compared here), of an extended one only
-the upper 16 identifier bits (source: SJA1000 data sheet 6.4.15, dual filter; reference/sja1000.md). What passes here
-and should not is stopped by the line; nothing that should pass is held up.
+A filter compares the identifier and RTR of a standard frame (data is not compared here), and only the upper 16
+identifier bits of an extended frame (source: SJA1000 data sheet 6.4.15, dual filter; reference/sja1000.md). Every
+wanted frame passes; the line filters out the unwanted ones that pass too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _ALL = (0x00000000, 0xFFFFFFFF)
 
 
 def pushed(standard: Pattern | None, extended: Pattern | None) -> tuple[int, int]:
-    """AC0..3 and AM0..3 (there, a set bit is not compared); None where no frame of that format is wanted."""
+    """AC0..3 and AM0..3 (a set bit in AM is not compared). A pattern is None if no frame of that format is wanted."""
     one = None if standard is None else (standard[0] << 4, standard[1] << 4)
     other = None if extended is None else (extended[0] >> 14, extended[1] >> 14)
     first, second = one or other, other or one

@@ -1,8 +1,8 @@
-"""What F's bits tell of the controller's state: EI and EPI are SJA1000's interrupts, which tell of changes, both ways.
+"""The controller's state by the bits of F. EI and EPI are interrupts of the SJA1000 for changes in both directions.
 
-EI: the status bits ES (a counter at its warning limit) or BS (bus-off) changed. EPI: into error passive, or from there
-back to error active's counters. Between two looks only one change of each kind can be seen; bus errors tell that a
-controller which seems to have recovered has not (source: SJA1000 data sheet 6.4.6; reference/sja1000.md section 11).
+EI: the status bits ES (a counter at its warning limit) or BS (bus-off) changed. EPI: error passive was entered or left.
+Between two readings of F only one change of each kind shows. If a controller seems to have recovered and has not,
+later bus errors show that (source: SJA1000 data sheet 6.4.6; reference/sja1000.md section 11).
 """
 
 from __future__ import annotations
@@ -29,5 +29,5 @@ _AFTER = {
 
 
 def state_after(state: ErrorState, flags: int) -> ErrorState:
-    """The state once F has told these flags."""
+    """The state after F returned these flags."""
     return _AFTER.get((state, flags & (EI | EPI)), state)

@@ -1,7 +1,7 @@
-"""One command at a time: each waits for its answer, a wrong one or none at all is told to whoever asked. No I/O.
+"""Commands to an adapter, one at a time: each waits for its answer. A wrong or missing answer raises. No I/O.
 
-What is to be said is a generator: it yields an `Ask` and gets its answer, or yields None to rest until it is poked
-or its time has come.
+A talk is a generator: it yields an `Ask` and receives the answer, or yields None to rest until `poke` or until
+`rest_until_ns`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ _LONGEST = 160
 
 
 class Ask(NamedTuple):
-    """A command without its CR. `answer` matches what belongs to it; BELL always does, unless it `searches`.
+    """A command without its CR. `answer` matches its answer; BELL is an answer, too, unless the command `searches`.
 
-    One that searches passes over everything else until it is answered: so it finds its way through old answers.
+    A command that searches skips everything up to its answer, such as answers to older commands.
     """
 
     text: bytes
@@ -34,11 +34,11 @@ class Ask(NamedTuple):
 
 
 class NoAnswer(Exception):
-    """Nothing came in time."""
+    """No answer arrived in time."""
 
 
 class WrongAnswer(Exception):
-    """Something came that does not belong to the command."""
+    """The answer does not belong to the command."""
 
 
 Result = TypeVar("Result")
@@ -46,10 +46,10 @@ Talk = Generator[Ask | None, bytes, Result]
 
 
 class Conversation:
-    """Runs a talk over bytes. `write` takes those for the adapter, `received` frames with stamps in ms (-1: none).
+    """Runs a talk over bytes: `write` gets bytes for the adapter, `received` frames with stamps in ms (-1: none).
 
-    Times are of any clock that never goes back, in ns. Nothing that an adapter says makes `feed` raise, whatever the
-    pieces. `malformed` counts lines that began like a frame and were none, `strays` answers that nobody waited for.
+    Times are in ns, of any monotonic clock. `feed` raises for no bytes from the adapter, however they are split.
+    `malformed` counts lines that begin like a frame and are none, `strays` counts answers without a command.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Conversation:
         self.malformed = 0
         self.strays = 0
         self.now_ns = 0
-        self.rest_until_ns = NEVER  # when a resting talk wants to go on
+        self.rest_until_ns = NEVER  # when a resting talk is to continue
         self._write = write
         self._received = received
         self._answer_ns = answer_ns
@@ -74,7 +74,7 @@ class Conversation:
 
     @property
     def deadline_ns(self) -> int:
-        """When `tick` has something to do."""
+        """The time at which `tick` is next needed."""
         return self._deadline_ns if self._ask is not None else self.rest_until_ns
 
     @property
@@ -82,14 +82,14 @@ class Conversation:
         return self._talk is None
 
     def begin(self, talk: Talk[None], now_ns: int) -> None:
-        """Say this from now on."""
+        """Run this talk from now on."""
         self.end()
         self.now_ns = now_ns
         self._talk = talk
         self._go_on(lambda: next(talk))
 
     def end(self) -> None:
-        """The adapter is gone, and with it half of a line."""
+        """The adapter is gone: discard the talk and a part of a line."""
         talk, self._talk, self._ask = self._talk, None, None
         self.rest_until_ns = NEVER
         self._reader.clear()
@@ -97,7 +97,7 @@ class Conversation:
             talk.close()
 
     def poke(self, now_ns: int) -> None:
-        """There may be something to say."""
+        """Continue a resting talk: it may have a command now."""
         if self._inside:
             self._poked = True
         elif self._ask is None:
@@ -105,7 +105,7 @@ class Conversation:
             self._resume(b"")
 
     def tick(self, now_ns: int) -> None:
-        """Time has passed."""
+        """Handle a missing answer, or continue a talk whose rest is over."""
         self.now_ns = max(now_ns, self.now_ns)
         if self._inside or now_ns < self.deadline_ns:
             return

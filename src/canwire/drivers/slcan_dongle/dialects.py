@@ -1,7 +1,7 @@
-"""What serial adapters understand, and how to tell them apart by what they answer to V.
+"""The commands that serial adapters understand; an adapter's answer to V shows its dialect.
 
-Sources: CANBUS manual, rulings 26 to 29; reference/can-protocol.md, appendix (CAN232, CANable). Others than these
-are known only as far as they follow LAWICEL's CAN232.
+Sources: CANBUS manual, rulings 26 to 29; reference/can-protocol.md, appendix (CAN232, CANable). Other adapters are
+supported if they follow LAWICEL's CAN232.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ _CANBUS_BTR = {"311C": b"0", "181C": b"1", "091C": b"2", "041C": b"3", "031C": b
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """One way to talk. `rates` by bit/s: the digit behind S; `data_rates`: behind Y, with CAN FD only.
+    """The commands of one kind of adapter. `rates`: the digit after S by bit/s; `data_rates`: after Y, for CAN FD.
 
-    With `registers` it takes s and BTR0, BTR1; with `filters` M and m; `numbered` answers N, `flags` F, `stamps` Z.
-    One that does not `answer` says nothing to commands that only do something. `listen` opens it only to listen,
-    b"" where it cannot; `normal` undoes that before O.
+    With `registers` it accepts s with BTR0 and BTR1; with `filters`, M and m; with `numbered`, N; with `flags`, F; with
+    `stamps`, Z. Without `answer` it does not reply to commands that return no value. `listen` is the command that
+    opens it in listen-only mode, b"" if it has none; `normal` undoes `listen` before O.
     """
 
     name: str
@@ -75,11 +75,11 @@ PLAIN = Dialect(
     stamps=False,
     listen=b"",
 )
-"""Something that says a version nobody here knows: only what all of them share."""
+"""An adapter with an unknown version: only the commands that all dialects share."""
 
 DIALECTS = (CANBUS, CANABLE, PLAIN)
 
 
 def recognised(version: bytes) -> Dialect | None:
-    """The dialect of an adapter that answers this to V; None for what is no version at all."""
+    """The dialect of an adapter that answers this to V; None if the answer is no version."""
     return next((dialect for dialect in DIALECTS if dialect.version.match(version)), None)

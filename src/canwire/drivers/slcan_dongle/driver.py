@@ -1,6 +1,6 @@
-"""Driver of a serial adapter: what a line wants becomes the talk of session.py, over the bytes of link.py.
+"""Driver of a serial adapter: it runs the talk of session.py over the bytes of link.py.
 
-Once an adapter that was gone is back, the line is opened again as it was.
+When an adapter that was gone is back, it is opened again with the same settings.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ _BACK_OFF_S = 1.0  # for an adapter that does not answer
 
 
 class SlcanDriver(OutsideDriver):
-    """drivers/driver.py's seam over an adapter at `port` (port.py); raises BadValue.
+    """The Driver (drivers/driver.py) of an adapter at `port` (port.py); raises BadValue.
 
-    Of bus errors it only learns that there were some since the last look.
+    The adapter does not report single bus errors, only that some occurred since F was last read.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class SlcanDriver(OutsideDriver):
     # settings
 
     def check(self, settings: LineSettings) -> None:
-        """Whether this very adapter can is seen once it is told."""
+        """Raise what no serial adapter can do; what this one cannot do shows only after the commands were sent."""
         settings.refuse_options("a serial adapter")
         setup_of(settings)
 
@@ -127,13 +127,13 @@ class SlcanDriver(OutsideDriver):
         self.end()
 
     def restart(self, at_ns: int) -> None:
-        """Opening it anew is all that helps after bus-off."""
+        """Open the channel again, the only way back from bus-off."""
         if self.running and self._setup is not None:
             self.wanted = replace(self._setup)
             self._poke()
 
     def close(self) -> None:
-        """The adapter's channel is closed as well, if it still listens."""
+        """Close the port, and before that the adapter's channel if the adapter is still connected."""
         self._reactor.forget(self.close)
         if self._connected and self.on_bus:
             self._link.write(b"C\r")
@@ -145,9 +145,9 @@ class SlcanDriver(OutsideDriver):
             self._timer.cancel()
 
     def registers(self) -> list[RegisterValue]:
-        """F as it was told last."""
+        """The last answer to F."""
         text = ", ".join(name for bit, name in enumerate(F_BITS) if self._flags >> bit & 1)
-        return [RegisterValue("F", 0, self._flags, text or "nothing to tell")]
+        return [RegisterValue("F", 0, self._flags, text or "no flag is set")]
 
     # sending
 
@@ -156,7 +156,7 @@ class SlcanDriver(OutsideDriver):
         self._poke()
 
     def abort(self, box: Mailbox, at_ns: int) -> bool:
-        """What the adapter has been told cannot be taken back."""
+        """A frame that the adapter has accepted cannot be aborted."""
         if not box.occupied or self.session.sending:
             return False
         self.given_up()
@@ -187,7 +187,7 @@ class SlcanDriver(OutsideDriver):
         self.joined()
 
     def closed(self) -> None:
-        self._clock = AdapterClock(_STAMP_PERIOD_NS)  # if it lost its power, it counts anew
+        self._clock = AdapterClock(_STAMP_PERIOD_NS)  # its clock starts at 0 if it lost its power
         self.left()
 
     def next_frame(self) -> bytes | None:
@@ -223,7 +223,7 @@ class SlcanDriver(OutsideDriver):
         self.now_in(state_after(self.state, value))
 
     def trouble(self, what: Trouble, text: str) -> None:
-        """Not with what answers while it is being looked for."""
+        """Report trouble, unless the adapter is still being searched for: then others may answer."""
         if self._port.url or self._number is not None:
             super().trouble(what, text)
 

@@ -1,7 +1,7 @@
-"""Bytes to and from an adapter: by its descriptor in the hub's thread, by threads of its own where there is none.
+"""Bytes to and from an adapter: in the hub's thread by the port's descriptor, else by two threads for the port.
 
-A port is opened, and looked for again when it is lost, by a thread that then ends. Everything that happens is told in
-the hub's thread.
+A separate thread opens the port, searches for it again when it is lost, and then ends. All callbacks run in the hub's
+thread.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ monotonic_ns = time.monotonic_ns
 
 
 class Link:
-    """One port, opened now and again and again. `opened()`, `received(bytes)`, `lost(why)`, `drained()` are told.
+    """One port, opened again whenever it is lost; calls `opened()`, `received(bytes)`, `lost(why)` and `drained()`.
 
-    `failed(why)` is told each time that it cannot be opened.
+    It calls `failed(why)` each time the port cannot be opened.
     """
 
     def __init__(
@@ -63,12 +63,12 @@ class Link:
         self._closed = threading.Event()
 
     def open(self, after_s: float = 0.0) -> None:
-        """Try until it is, or until `close`."""
+        """Try to open the port until that succeeds, or until `close`."""
         if not self._closed.is_set():
             threading.Thread(target=self._search, args=(after_s,), name="canwire-port", daemon=True).start()
 
     def write(self, data: bytes) -> None:
-        """Nothing waits here: what does not go out at once goes when it can."""
+        """Write without blocking: bytes that the port does not accept now are written later."""
         if self._threads is not None:
             self._threads.outgoing.put(data)
         elif self._source is not None:
@@ -78,16 +78,16 @@ class Link:
 
     @property
     def backlog(self) -> int:
-        """Bytes that wait to be written, about; `drained` is told once there are none after many."""
+        """About how many bytes wait to be written; `drained` is called when many have become none."""
         return len(self._pending) if self._threads is None else self._threads.backlog()
 
     def give_up(self, why: str, after_s: float) -> None:
-        """Close the port and open it anew, a while later."""
+        """Close the port and open it again after this many seconds."""
         self._drop(why)
         self.open(after_s)
 
     def close(self) -> None:
-        """For good; a second time does nothing."""
+        """Close the port for good; a second call has no effect."""
         self._closed.set()
         self._drop("closed")
 
@@ -132,7 +132,7 @@ class Link:
                 return device
         if url:
             if dict(listed).get(url):
-                raise FileNotFoundError(f"{url} is not the adapter {wanted}, but another one")
+                raise FileNotFoundError(f"{url} is not the adapter {wanted}, but another adapter")
             return url
         if not listed:
             raise FileNotFoundError(f"no port with the serial number {wanted}")
@@ -245,7 +245,7 @@ class _Threads:
         return waiting
 
     def close(self) -> None:
-        """The reader closes the port, once it looks."""
+        """End both threads; the reading thread closes the port soon."""
         self._closed.set()
         self.outgoing.put(None)
 

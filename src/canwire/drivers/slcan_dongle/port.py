@@ -4,9 +4,9 @@
     socket://192.168.0.7:4001        a bridge to one; other URLs of pyserial too
     ?serial=A123                     the adapter with that serial number, wherever it is plugged in
 
-Options follow a ?, separated by &: `baudrate` of the serial line, `serial` (its USB or its own number, by which it is
-found again), `stamps=0` (leave its time stamps as they are), `s7=750000` (what its S7 means), `timeout` (seconds that
-it has for an answer).
+Options follow a ?, separated by &: `baudrate` of the serial line, `serial` (the USB serial number or the adapter's own,
+by which it is found again), `stamps=0` (do not change its setting of time stamps), `s7=750000` (the bit rate that S7
+means), `timeout` (seconds to wait for an answer).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _OPTIONS = ("baudrate", "serial", "stamps", "s7", "timeout")
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """Parsed: `url` "" where only the serial number is known."""
+    """A parsed port; `url` is "" if only the serial number is known."""
 
     text: str
     url: str
@@ -35,7 +35,7 @@ class Port:
 
 
 def parse_port(text: str) -> Port:
-    """Raises BadValue."""
+    """The Port that this text describes; raises BadValue."""
     url, _, query = text.partition("?")
     options = dict(parse_qsl(query, keep_blank_values=True))
     for name in options:

@@ -1,4 +1,4 @@
-"""Opening and listing ports: pyserial's, and TCP bridges by a socket of our own."""
+"""Opens and lists ports: serial ports by pyserial, TCP bridges by a socket."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def open_port(where: str, baudrate: int) -> Any:
 
 
 def watchable(source: Any) -> bool:
-    """Whether the hub's poller can wait for it."""
+    """True if the hub's poller can wait for this port."""
     if sys.platform == "win32":
         return False
     try:
@@ -43,28 +43,28 @@ def watchable(source: Any) -> bool:
 
 
 def listed_ports() -> list[tuple[str, str]]:
-    """Serial ports of this machine and their USB serial numbers; raises ExtraMissing, or OSError."""
+    """Serial ports of this machine and their USB serial numbers; raises ExtraMissing or OSError."""
     return [(device, number) for device, number, _ in described_ports()]
 
 
 def described_ports() -> list[tuple[str, str, str]]:
     """Device, USB serial number and description of each serial port; raises ExtraMissing.
 
-    OSError where they cannot be listed: pyserial's search asks Windows for functions that Wine 8 lacks.
+    Raises OSError if they cannot be listed: pyserial's search calls functions of Windows that Wine 8 lacks.
     """
     load_serial()
     try:
         from serial.tools import list_ports  # type: ignore[import-untyped]
     except AttributeError as error:
         raise OSError(
-            f"serial ports cannot be listed here: this Windows lacks what pyserial asks for ({error}); "
+            f"serial ports cannot be listed here: this Windows lacks a function that pyserial calls ({error}); "
             "name the port, as in `canwire share COM3`"
         ) from error
     return [(port.device, port.serial_number or "", port.description or "") for port in list_ports.comports()]
 
 
 def usb_serial_of(where: str) -> str:
-    """The USB serial number of a port, "" where the system does not know it."""
+    """The USB serial number of a port, "" if the system does not know it."""
     if "://" in where:
         return ""
     try:
@@ -86,7 +86,7 @@ def reason(where: str, error: Exception) -> str:
 
 
 def load_serial() -> Any:
-    """pyserial, or one clear line that names the extra."""
+    """The module `serial`; raises ExtraMissing, which names the extra to install."""
     try:
         import serial  # type: ignore[import-untyped]
     except ModuleNotFoundError:

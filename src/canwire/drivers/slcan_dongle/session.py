@@ -1,9 +1,9 @@
-"""What is said to an adapter from its plugging in to its end, as a talk: section 1.4 of its manual. No I/O.
+"""The commands to an adapter from plugging in to the end, as a talk: section 1.4 of the CANBUS manual. No I/O.
 
-greet     CR CR CR V, whose answer tells its dialect, N, C (an earlier program may have left it open), Z1
-open      S or s, M and m where they are needed, O or L, F to forget what happened before
+greet     CR CR CR V, whose answer shows the dialect; N; C (an earlier program may have left the channel open); Z1
+open      S or s, M and m if needed, O or L, F to discard older flags
 on        frames one after the other; F every 750 ms and after an error
-recover   CR CR CR V until that is answered again
+recover   CR CR CR V until it is answered again
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _LONGEST_FULL_NS = 64_000_000
 
 
 class _Refused(Exception):
-    """BELL, where nothing else helps."""
+    """The adapter answered BELL, and no retry helps."""
 
 
 class Session:
-    """One adapter on one port. `rates` are bit rates that a real one was told to have behind S7, say (ruling 29)."""
+    """One adapter on one port. `rates` replaces digits of S, such as 7, for adapters that differ (ruling 29)."""
 
     def __init__(
         self,
@@ -45,8 +45,8 @@ class Session:
         rates: dict[int, bytes] | None = None,
     ) -> None:
         self.adapter: Adapter | None = None
-        self.sending = False  # the adapter has been given a frame, and has not answered yet
-        self.hears = False  # what it receives is of the bus as it was opened last
+        self.sending = False  # the adapter has a frame and has not answered yet
+        self.hears = False  # received frames are of the bus as it was last opened
         self.refused: Setup | None = None  # what the adapter cannot be set up as
         self._user = user
         self._now = now
@@ -54,7 +54,7 @@ class Session:
         self._poll_ns = poll_ns
         self._stamps = stamps
         self._rates = rates or {}
-        self._stamped = ""  # serial number of the one that has been told Z1: it remembers
+        self._stamped = ""  # serial number of the adapter that accepted Z1, which it stores
         self._accepted: tuple[int, int] | None = None
         self._poll_at_ns = NEVER
         self._open: Setup | None = None
@@ -64,7 +64,7 @@ class Session:
         self._row = 0
 
     def talk(self) -> Talk[None]:
-        """Everything that is ever said, until nothing helps."""
+        """All commands, until the adapter cannot be recovered."""
         self._open = self.refused = None
         self.hears = False
         self._accepted = None

@@ -1,4 +1,4 @@
-"""A line's settings in an adapter's terms, and its version in a board's."""
+"""Converts the settings of a line for an adapter, and the version of an adapter for a board."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CODES = tuple(f"ACR{k}" for k in range(4)), tuple(f"AMR{k}" for k in range(4))
 
 
 def setup_of(settings: LineSettings) -> Setup:
-    """Raises Unsupported."""
+    """The adapter's settings for these settings of a line; raises Unsupported."""
     if settings.loop_back:
         raise Unsupported("a serial adapter has no loop-back")
     return Setup(

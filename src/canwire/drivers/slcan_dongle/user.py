@@ -1,4 +1,4 @@
-"""Between a session and whom it serves: what is wanted of an adapter, and what becomes of it."""
+"""The interface between a session and its user: the settings that are wanted, and what happens to the adapter."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ ACCEPT_ALL = (0x00000000, 0xFFFFFFFF)  # M's and m's values after power-up
 
 @dataclass(frozen=True)
 class Setup:
-    """How the channel is to be opened. `btr` "031C", None: by the bit rate alone.
+    """Settings to open the channel with. `btr` is like "031C"; with None only the bit rate is set.
 
-    `accept`: values of M and m, None: none in particular; `enough`: with these nothing that matters would be missed.
+    `accept`: values of M and m that are required, None: none are; `enough`: values that let all wanted frames pass.
     """
 
     bit_rate: int
@@ -27,17 +27,17 @@ class Setup:
 
     @property
     def filter(self) -> tuple[int, int]:
-        """M's and m's values."""
+        """The values of M and m to set."""
         return self.enough if self.accept is None else self.accept
 
     @property
     def told(self) -> tuple[object, ...]:
-        """All that makes a difference to the adapter."""
+        """The settings that change what the adapter does."""
         return self.bit_rate, self.btr, self.data_bit_rate, self.listen_only, self.filter
 
 
 class Adapter(NamedTuple):
-    """What an adapter said of itself."""
+    """What an adapter reported about itself."""
 
     dialect: Dialect
     version: str
@@ -45,36 +45,36 @@ class Adapter(NamedTuple):
 
 
 class User(Protocol):
-    """Whom a session serves. `wanted` is how the channel shall be, None: closed."""
+    """The user of a session. `wanted` are the settings for the channel; None: it is to be closed."""
 
     wanted: Setup | None
 
     def met(self, adapter: Adapter) -> bool:
-        """It is there, and closed; False if it is not the one that is meant."""
+        """An adapter answers, and its channel is closed. Return False if it is not the wanted adapter."""
 
     def opened(self) -> None:
-        """On the bus as `wanted`."""
+        """The channel was opened as `wanted`."""
 
     def closed(self) -> None:
-        """Off the bus."""
+        """The channel was closed."""
 
     def next_frame(self) -> bytes | None:
-        """What to send, without CR; the same until `sent` or `given_up`."""
+        """The next frame to send, without CR; the same one until `sent` or `given_up`."""
 
     def sent(self) -> None:
-        """It is in the adapter's queue."""
+        """The frame is in the adapter's queue."""
 
     def given_up(self) -> None:
-        """It is not, or nobody knows."""
+        """The frame is not in the adapter's queue, or that is unknown."""
 
     def flags(self, value: int) -> None:
-        """What F told."""
+        """The answer to F."""
 
     def trouble(self, what: Trouble, text: str) -> None:
-        """One of them, as it happens."""
+        """A fault of the adapter has occurred."""
 
     def ready(self) -> bool:
-        """What was written before has gone, as far as anybody knows."""
+        """True if little of what was written before still waits in the computer."""
 
     def hopeless(self, text: str) -> None:
-        """Nothing answers any more: open the port anew."""
+        """The adapter no longer answers: open the port again."""

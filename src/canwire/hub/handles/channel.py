@@ -86,22 +86,22 @@ class HubChannel(Filtered):
     def activate(self) -> LineStatus:
         """Start moving frames whenever the line runs; returns the line's status at that moment.
 
-        Every change after that comes as an event, where the channel takes such. What happened between `open_channel`
-        and this only the result can tell: the line may have been stopped. It leaves out how late the hub is.
+        Each later change is reported as an event, if the channel receives events. Changes between `open_channel` and
+        this call only show in the result: the line may have been stopped. The result has no lateness of the hub.
         """
         status: LineStatus = self.ask(m.Activate(self._handle, True)).status
         return status
 
     def deactivate(self) -> None:
-        """No more; what waits in the queues stays."""
+        """Stop moving frames; frames in the queues stay."""
         self.ask(m.Activate(self._handle, False))
 
     def replace_filters(self, standard: FilterContent, extended: FilterContent) -> None:
-        """Both filters in one step: an active channel misses nothing. Raises BadFilter for more than fits the lists."""
+        """Replace both filters in one step, without loss of frames. Raises BadFilter if they do not fit the lists."""
         self.ask(m.ReplaceFilters(self._handle, standard, extended))
 
     def count_refused(self, count: int) -> None:
-        """Count frames as refused that could not be queued here: the line's status shows them."""
+        """Count frames that could not be queued as refused; the status of the line shows the count."""
         self.ask(m.CountRefused(self._handle, count))
 
     def status(self) -> ChannelStatus:
@@ -109,9 +109,9 @@ class HubChannel(Filtered):
         return status
 
     def cancel(self, *, loaded: bool = True) -> int:
-        """Discard all queued frames; returns how many. Without `loaded` those in the controller stay.
+        """Discard all queued frames; returns how many. Without `loaded`, frames in the controller stay.
 
-        A frame on the wire continues; if it fails, a chip does not repeat it but discards it, too.
+        A frame on the wire continues; if it fails, the chip discards it instead of repeating it.
         """
         return int(self.ask(m.CancelQueued(self._handle, loaded)).value)
 
@@ -122,8 +122,8 @@ class HubChannel(Filtered):
     def send(self, frame: Frame, flags: int = 0, timeout: float | None = 0, priority: int = 0) -> None:
         """Queue a frame; `flags` are request bits of its info word.
 
-        Raises QueueFull if no room comes in `timeout` seconds (None: no limit).
-        `priority` (0..255, 0 goes first) is for channels that were set up `prioritised`.
+        Raises QueueFull if there is no room within `timeout` seconds (None: no limit).
+        `priority` (0..255, 0 is sent first) is for channels that were set up `prioritised`.
         """
         end = self.writing
         self.check()
@@ -149,9 +149,9 @@ class HubChannel(Filtered):
         return count
 
     def receive(self, timeout: float | None = 0) -> Frame | None:
-        """The oldest frame, or None when none comes in `timeout` seconds (None: no limit).
+        """The oldest frame, or None if none arrives within `timeout` seconds (None: no limit).
 
-        For a channel that takes frames only; with events use `receive_record`.
+        For a channel that receives frames only; with events use `receive_record`.
         """
         end = self._waited(timeout)
         frame = end.ring.take_frame()
@@ -175,14 +175,14 @@ class HubChannel(Filtered):
         return records
 
     def receive_record(self, timeout: float | None = 0) -> bytes | None:
-        """The oldest record, frame or event, as 80 bytes; None when none comes in `timeout` seconds."""
+        """The oldest record, frame or event, as 80 bytes; None if none arrives within `timeout` seconds."""
         end = self._waited(timeout)
         record = end.ring.take_bytes()
         end.touched()
         return record
 
     def receive_any(self, timeout: float | None = 0) -> Frame | BusEvent | None:
-        """The oldest frame or event, where the channel takes both; None when none comes in `timeout` seconds."""
+        """The oldest frame or event, if the channel receives both; None if none arrives within `timeout` seconds."""
         record = self.receive_record(timeout)
         if record is None:
             return None

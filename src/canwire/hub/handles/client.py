@@ -1,4 +1,4 @@
-"""A program's side of a link: calls, time, and everything it holds at the hub. It knows no kind of what is held."""
+"""A program's side of a link: calls, time, and leases. This file knows no concrete kind of lease."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ if TYPE_CHECKING:
 
 
 class Holding(Protocol):
-    """Something held at the hub: hub/handles/lease.py's leases."""
+    """The methods of a lease (hub/handles/lease.py) that a client uses."""
 
     name: str
 
     @property
     def handle(self) -> int:
-        """What the hub calls it."""
+        """The hub's number for this lease."""
 
     def end(self, why: Exception) -> None:
-        """The hub has ended it, or is gone itself."""
+        """The hub has ended this lease, or is gone."""
 
     def leave_to_parent(self, why: Exception) -> None:
-        """This process is a fork of the one that holds it: touch nothing that both of them have."""
+        """This process is a fork of the lease's process: touch nothing that both processes share."""
 
     def close(self) -> None:
-        """Give it back; a second time does nothing."""
+        """End the lease; a second call has no effect."""
 
 
 class Client(ClientTime):
-    """What leases need of their hub. Calls may come from any thread; once the hub is gone they raise HubLost.
+    """The part of a connection that leases use. Any thread may call; once the hub is gone, calls raise HubLost.
 
-    `lends`: the ends of queues that are set up from now on may be lent to another process (RingEnd.lend).
+    `lends`: ends of queues that are set up from now on may be lent to another process (RingEnd.lend).
     """
 
     lends = False
@@ -62,17 +62,17 @@ class Client(ClientTime):
 
     @property
     def address(self) -> str:
-        """Of the socket; "" for a hub in this process."""
+        """The address of the hub's socket; "" for a hub in this process."""
         return self._link.address
 
     @property
     def copies(self) -> bool:
-        """Rings here are copies of the hub's, and only the hub's show the state of the other ends."""
+        """True if rings here are copies: only the hub's rings then show the state of the other ends."""
         return self._link.copies
 
     @property
     def lost(self) -> bool:
-        """The hub is gone, this connection was closed, or it is that of the process that forked this one."""
+        """True if the hub is gone, if this connection was closed, or if it belongs to the parent of this fork."""
         return self._closed or self._forked or self._link.lost
 
     def _listen(self, listener: Callable[[m.Message | None], None]) -> None:
@@ -88,7 +88,7 @@ class Client(ClientTime):
     # calls
 
     def ask(self, request: m.Message) -> Answer:
-        """A reply and its descriptors; raises what the hub raised."""
+        """The reply to a request and its descriptors; raises what the hub raised."""
         if self._forked:
             raise CanwireError(_FORKED)
         if self._closed:
@@ -100,37 +100,37 @@ class Client(ClientTime):
         return self._link.call(request)
 
     def call(self, request: m.Message) -> Any:
-        """The reply of a request whose answer has no descriptors."""
+        """The reply to a request, for requests without descriptors in the reply."""
         return self.ask(request)[0]
 
     def line_status(self, board: int, line: int, *, kin: str = "") -> LineStatus:
-        """A CAN line now, its mode as programs of the interface `kin` see it; raises Unsupported for a LIN line."""
+        """The present status of a CAN line, as programs of the interface `kin` see it; Unsupported for a LIN line."""
         status: LineStatus = self.call(m.GetLineStatus(board, line, kin)).status
         return status
 
     def lin_status(self, board: int, line: int) -> m.LinLineState:
-        """A LIN line as it is now, and who holds what on it; raises Unsupported for a CAN line."""
+        """The present status of a LIN line, with the holders of its leases; raises Unsupported for a CAN line."""
         state: m.LinLineState = self.call(m.GetLinStatus(board, line))
         return state
 
     # what is held
 
     def adopt(self, holding: Holding) -> None:
-        """For leases: tell it when it ends, and close it with this."""
+        """For leases: call `end` of this lease when the hub ends it, and close it with this connection."""
         with self._lock:
             self._holdings[holding.handle] = holding
 
     def lent(self, memory: Descriptor) -> LentMemory | None:
-        """For leases: what keeps the memory of their rings for a process that they are lent to."""
+        """For leases: an object that keeps the memory of their rings for a process that borrows them."""
         return LentMemory(memory) if self.lends else None
 
     def forget(self, holding: Holding) -> None:
-        """For leases: it was closed."""
+        """For leases: this lease was closed."""
         with self._lock:
             self._holdings.pop(holding.handle, None)
 
     def close(self) -> None:
-        """Give back everything; a second time does nothing."""
+        """End all leases and the connection; a second call has no effect."""
         if not self._closed:
             for holding in self._held():
                 with contextlib.suppress(HubLost, Unplugged):
@@ -142,9 +142,9 @@ class Client(ClientTime):
                 self._timed.lost()
 
     def leave_to_parent(self) -> None:
-        """For a fork of this process: every handle says so from now on, and takes nothing out of the parent's queues.
+        """For a fork of this process: every handle raises from now on, and reads nothing from the parent's queues.
 
-        Without locks: the threads that may have held them are not here.
+        It uses no locks, since threads that may have held them do not exist here.
         """
         self._forked = True
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""A hub's time, as a program sees it: what time it is, and waiting until it has passed."""
+"""A hub's time in a program: reading it, and waiting for it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Result = TypeVar("Result")
 
 
 class ClientTime(ABC):
-    """The part of a Client that waits. `company`: its threads that keep this time together (canwire.in_time)."""
+    """The part of a Client that waits. `company`: the program's threads that share this time (canwire.in_time)."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -45,25 +45,25 @@ class ClientTime(ABC):
 
     @property
     def time(self) -> str:
-        """How it passes: "real" with the clock, "fast" as quickly as buses work, "virtual" while somebody waits,
-        "lockstep" while all programs wait that take part."""
+        """How time passes: "real" with the clock, "fast" as fast as the buses are simulated, "virtual" only while a
+        program waits, "lockstep" only while all programs that take part wait."""
         return self._link.time
 
     @property
     def virtual(self) -> bool:
-        """Waiting here takes virtual time."""
+        """True if waiting takes virtual time."""
         return self._timed is not None or self._link.time == "virtual"
 
     @property
     def timed(self) -> bool:
-        """This program keeps one time with others."""
+        """True if this program takes part in lockstep time."""
         return self._timed is not None
 
     def keep_time(self, name: str, company: Company | None = None) -> None:
         """Take part in a lockstep hub's time, in the place of this name; waits for this thread's first turn.
 
-        `company`: threads of this program that take turns, the calling one among them, and have one place together.
-        Raises WrongState for a hub whose time passes otherwise.
+        `company`: threads of this program that take turns and share one place, including the calling one.
+        Raises WrongState if the hub is not in lockstep time.
         """
         from canwire.hub.handles.keeper import LockstepKeeper
         from canwire.hub.handles.timed import Timed
@@ -87,11 +87,11 @@ class ClientTime(ABC):
         return int(self.call(m.Advance(0)).value)
 
     def clock_s(self) -> float:
-        """Seconds on the clock that waiting goes by: the hub's where its time is virtual, else this computer's."""
+        """Seconds on the clock that waits use: the hub's if its time is virtual, else this computer's."""
         return self.now_ns() / 1e9 if self.virtual else time.monotonic()
 
     def sleep(self, seconds: float) -> None:
-        """Do nothing for so many seconds of the hub's time; where that is not virtual, of the clock."""
+        """Do nothing for this many seconds of the hub's time; if that is not virtual, of the computer's clock."""
         if self._timed is not None and self.company is None:
             self._timed.sleep(seconds)
         elif self.virtual:
@@ -101,9 +101,9 @@ class ClientTime(ABC):
 
     @contextlib.contextmanager
     def away(self) -> Iterator[None]:
-        """For what takes time that is not the hub's: joining a thread, a file, a user. Its time passes meanwhile.
+        """A context for waits outside the hub: for a thread, a file or a user. The hub's time passes meanwhile.
 
-        A program that keeps one time with others takes part in it again afterwards, at its turn.
+        A program in lockstep takes part again afterwards, at its turn.
         """
         if self.company is not None:
             with self.company.away():
@@ -119,9 +119,9 @@ class ClientTime(ABC):
             self._timed.join()
 
     def run(self, main: Coroutine[Any, Any, Result]) -> Result:
-        """`asyncio.run(main)` in the hub's time where that is virtual: asyncio.sleep, timeouts and loop.time() too.
+        """Like `asyncio.run(main)`; if the hub's time is virtual, asyncio.sleep, timeouts and loop.time() use it.
 
-        Tasks wait for events and buses by their `fileno()` (loop.add_reader, python-can's Notifier with a loop).
+        Tasks can wait for events and buses by their `fileno()` (loop.add_reader, python-can's Notifier with a loop).
         """
         import asyncio
 
@@ -132,25 +132,25 @@ class ClientTime(ABC):
         return run(self, main)
 
     def time_state(self) -> m.TimeState:
-        """The time, the programs that take part in it, and why it does not pass if it stopped for long."""
+        """The time, the programs that take part in it, and the reason if it has not passed for long."""
         state: m.TimeState = self.call(m.GetTime())
         return state
 
     def set_pace(self, factor: float | None) -> None:
-        """A hub in lockstep or virtual time: from now on it passes `factor` times as quickly as the wall clock.
+        """Let the time of a hub in lockstep or virtual time pass `factor` times as fast as the computer's clock.
 
-        0.0001 to 10000; 1 is the clock's own speed; None: as quickly as it can. Time still waits for programs that
-        compute, and what they take too long for is left out. `time_state().pace` says what it is. Raises BadValue,
-        WrongState for a hub whose time passes otherwise.
+        `factor` is 0.0001 to 10000; 1 is the speed of the clock; None: as fast as possible. Time still waits for
+        programs that compute; if they take too long, it does not catch up. `time_state().pace` is the factor. Raises
+        BadValue, and WrongState for a hub in real or fast time.
         """
         self.call(m.SetPace(pace(factor)))
 
     def run_for(self, seconds: float) -> None:
-        """Virtual time: let so much of it pass."""
+        """Let this many seconds of virtual time pass."""
         self.advance(lambda: False, seconds)
 
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Virtual time: let it pass until `ready()` or until `timeout` seconds of it are over; was it ready?"""
+        """Let virtual time pass until `ready()`, for at most `timeout` seconds of it; True if it was ready."""
         if timeout is not None:
             timeout = nanoseconds("timeout", timeout) / 1e9
         if self.company is not None and (answer := self.company.waited(ready, timeout)) is not None:
@@ -164,32 +164,32 @@ class ClientTime(ABC):
         return ready()
 
     def wait_once(self, timeout: float | None) -> None:
-        """One time with others: until anything is signalled to this program, at most `timeout` seconds of it."""
+        """In lockstep: wait for any signal to this program, for at most `timeout` seconds of that time."""
         if self.company is not None and self.company.waited_once(timeout):
             return
         if self._timed is not None:
             self._timed.wait_once(timeout)
 
     def stir(self) -> None:
-        """Have this program's own threads look again at what they wait for; from anywhere, signal handlers too."""
+        """Make the program's threads check again what they wait for. Call it anywhere, even in signal handlers."""
         if self._timed is not None:
             self._timed.stir()
 
     def stir_everybody(self) -> None:
-        """Something changed, without the hub, that other programs may wait for."""
+        """Make all programs check again: something that they may wait for has changed outside the hub."""
         if self._timed is not None:
             self._timed.stir_everybody()
 
     def keeper(self) -> Keeper | None:
-        """For canwire.in_time: what lets time pass here, None where the clock does.
+        """For canwire.in_time: the object that lets time pass, None in real time.
 
-        Raises WrongState where the program's threads cannot keep the time together.
+        Raises WrongState if the program's threads cannot share the hub's time.
         """
         if self.time == "real":
             return None
         if not self.virtual:
             raise WrongState(
-                f"threads cannot keep the time of a hub in {self.time} time: virtual, or connect(timed=True)"
+                f"threads cannot keep the time of a hub in {self.time} time; use virtual time, or connect(timed=True)"
             )
         from canwire.hub.handles.keeper import HubKeeper, LockstepKeeper
 

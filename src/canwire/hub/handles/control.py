@@ -31,7 +31,7 @@ class Control(Filtered):
         self.ask(m.Initialise(self._handle, mode))
 
     def start(self, *, abort_pending: bool = False) -> None:
-        """Take part in the bus; with `abort_pending` everything that any channel has queued is given up before."""
+        """Take part in the bus; with `abort_pending`, discard the frames queued by all channels before."""
         self.ask(m.Start(self._handle, abort_pending))
 
     def stop(self) -> None:
@@ -50,27 +50,27 @@ class Control(Filtered):
         iso_fd: bool = True,
         low_speed: bool = False,
     ) -> int:
-        """The place of the rate that the bus speaks; only listens. Raises NothingHeard."""
+        """The index of the candidate that is the rate of the bus; only listens. Raises NothingHeard."""
         request = m.Detect(self._handle, tuple(candidates), timeout_ms, iso_fd, low_speed)
         return int(self.ask(request).value)
 
     def sleep(self) -> None:
-        """Save power until something happens on the bus, or is to be sent; raises Unsupported."""
+        """Save power until the bus is active or a frame is to be sent; raises Unsupported."""
         self.ask(m.Sleep(self._handle, True))
 
     def wake(self) -> None:
         self.ask(m.Sleep(self._handle, False))
 
     def read_register(self, address: int, *, reset_mode: bool = False) -> int:
-        """One register of the line's chip, with what reading it does; raises Unsupported for an ideal one."""
+        """Read one register of the line's chip, with the side effects of that; Unsupported for an ideal controller."""
         return int(self.ask(m.ReadRegister(self._handle, address, reset_mode)).value)
 
     def write_register(self, address: int, value: int, *, reset_mode: bool = False) -> None:
-        """Write one, whatever that does; in `reset_mode` the line leaves its bus for a moment."""
+        """Write one register, with all effects; for `reset_mode` the line leaves its bus for a moment."""
         self.ask(m.WriteRegister(self._handle, address, value, reset_mode))
 
     def annotate(self, note: bytes) -> None:
-        """Another note in the line's mode, told to every channel as a change; the controller is left alone."""
+        """Replace the note in the line's mode; every channel gets a CHANGED event. The controller is not affected."""
         self.ask(m.Annotate(self._handle, note))
 
     def status(self) -> LineStatus:

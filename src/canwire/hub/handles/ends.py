@@ -20,10 +20,10 @@ Advance = Callable[[Callable[[], bool], float | None], bool]
 
 
 class RingEnd:
-    """One end of a ring; `check` raises if its lease is over, and waiters wake up when that happens.
+    """One end of a ring. Once its lease is over, `check` raises, and waiting threads wake up.
 
-    An Event assigned to the reading end is signalled by each write that leaves `threshold` records, one assigned
-    to the writing end by each take that leaves room for `threshold` (source: rulings 8).
+    An Event assigned to the reading end is signalled by each write that leaves `threshold` records, and one assigned
+    to the writing end by each read that leaves room for `threshold` (source: rulings 8).
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class RingEnd:
         memory: LentMemory | None = None,
         begin: int = 0,
     ) -> None:
-        """`memory`: where the ring is, from byte `begin` on, for `lend`."""
+        """`memory` contains the ring from byte `begin` on, for `lend`."""
         self._memory = memory
         self._begin = begin
         self._over_told: Callable[[], object] | None = None
@@ -55,7 +55,7 @@ class RingEnd:
 
     @property
     def descriptor(self) -> EventDescriptor:
-        """What the other side signals."""
+        """The descriptor that the other side signals."""
         return self._own
 
     @property
@@ -84,7 +84,7 @@ class RingEnd:
             self.rearm()
 
     def assign(self, event: Event | None) -> None:
-        """Signal this event from now on, in place of one before; None: no event."""
+        """Signal this event from now on, instead of an earlier one; None: no event."""
         if self._event is not None:
             self._event.unbind(self)
         self._event = event
@@ -94,7 +94,7 @@ class RingEnd:
             self.rearm()
 
     def rearm(self) -> None:
-        """Request a signal from the other side for the next change: the present state is known."""
+        """Request a signal from the other side at the next change from the present state."""
         if self.reads:
             self.ring.fill()
         else:
@@ -102,7 +102,7 @@ class RingEnd:
         self._arm()
 
     def touched(self) -> None:
-        """Something was read or written here: an event waits for the next occasion after that."""
+        """Records were read or written here: the event is signalled at the next change after that."""
         if self._event is not None:
             self._arm()
 
@@ -131,9 +131,9 @@ class RingEnd:
         return met
 
     def lend(self, told: Callable[[], object]) -> LentRing:
-        """Let another process use this end in place of this one; `told` is called once the end or its lease is over.
+        """Let another process use this end; `told` is called once the end or its lease is over.
 
-        Raises WrongState unless the connection was made to lend (Client.lends).
+        Raises WrongState unless the connection lends queues (Client.lends).
         """
         peer = self.ring.free_event if self.reads else self.ring.event
         if self._memory is None or not isinstance(peer, EventDescriptor | None):
@@ -142,7 +142,7 @@ class RingEnd:
         return LentRing(self._memory, self._begin, self._own, peer)
 
     def wake(self) -> None:
-        """The lease is over: let nobody wait on."""
+        """The lease is over: wake all waiting threads."""
         if self._over_told is not None:
             self._over_told()
         with self._lock:
@@ -155,7 +155,7 @@ class RingEnd:
         self.lease.hub.stir()
 
     def show(self, more: bool) -> None:
-        """Have the descriptor be readable while the threshold is met, or with `more`; not once the lease is over."""
+        """Make the descriptor readable while the threshold is met, or with `more`; no effect once the lease is over."""
         with self._lock:
             if self._closed or self.lease.over:
                 return  # the cause of the signal stays until it was reported
@@ -166,12 +166,12 @@ class RingEnd:
                 self._arm()
 
     def quieten(self) -> None:
-        """Take the signal back that told of the lease's end."""
+        """Clear the signal that reported the end of the lease."""
         with self._lock:
             self._own.clear()
 
     def contents(self) -> str:
-        """How full the ring is, in words."""
+        """How full the ring is, as text."""
         ring = self.ring
         return f"{ring.contents()} of {ring.capacity} {'received' if self.reads else 'to send'}"
 
@@ -179,13 +179,13 @@ class RingEnd:
         return f"<end of {self.lease.name}'s queue: {'closed' if self._closed else self.contents()}>"
 
     def leave_to_parent(self) -> None:
-        """In a fork: an empty and full ring of this process's own from now on. Without locks, see Client."""
+        """In a fork: use a private ring that is empty and full. It uses no locks, see Client."""
         self._event = None
         self._lock = threading.Lock()
         self.ring.close()
 
     def close(self) -> None:
-        """Wake up the threads that wait; a second call does nothing."""
+        """Close the end and wake the threads that wait; a second call has no effect."""
         if self._over_told is not None and not self._closed:
             self._over_told()
             self._own.signal()

@@ -1,4 +1,4 @@
-"""Events to wait for, as VCI's manuals use Windows': auto-reset or manual-reset, assigned to queues and lists."""
+"""Events to wait for, like those of Windows in VCI's manuals: auto-reset or manual-reset, assigned to queues."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from canwire.platform import AnyOf, EventDescriptor, wait_readable
 
 
 class Signal(Protocol):
-    """What an event can be assigned to: a queue's end or the device list."""
+    """An object that an event can be assigned to: the end of a queue, or the device list."""
 
     @property
     def descriptor(self) -> EventDescriptor:
-        """Becomes readable when there is something to look at."""
+        """Becomes readable when the object's condition may be met."""
 
     def rearm(self) -> None:
-        """The signal was taken: give another at the next occasion."""
+        """The signal was consumed: give another one at the next change."""
 
     @property
     def advance(self) -> Callable[[Callable[[], bool], float | None], bool] | None:
-        """On a hub in virtual time: let time pass until the condition holds or the timeout is over."""
+        """On a hub in virtual time: let time pass until the condition is true, or until the timeout."""
 
     @property
     def clock(self) -> Callable[[], int] | None:
         """On a hub in virtual time: its time in nanoseconds."""
 
     def stir(self) -> None:
-        """The event was set by hand: where programs keep one time, have those who wait for it look again."""
+        """The event was set by `set`: in lockstep, make the threads that wait for it check again."""
 
 
 class Event:
-    """Signalled or not. `wait` takes an auto-reset event's signal; a manual-reset one stays signalled until `reset`.
+    """An event, signalled or not. `wait` resets an auto-reset event; a manual-reset one stays signalled until `reset`.
 
     `fileno()` is for select, poll and asyncio's add_reader: readable while the event is signalled. One event may be
-    assigned to any number of queues, and `set` signals it by hand.
+    assigned to any number of queues; `set` signals it, too.
     """
 
     def __init__(self, *, manual_reset: bool = False) -> None:
@@ -55,19 +55,19 @@ class Event:
             signal.stir()
 
     def reset(self) -> None:
-        """Take back every signal there is."""
+        """Clear all signals."""
         self._take()
 
     def is_set(self) -> bool:
-        """Signalled now; takes nothing."""
+        """True if the event is signalled; does not reset it."""
         with self._lock:
             return wait_readable(self._descriptors(), 0)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Block until signalled, at most `timeout` seconds (None: no limit); False when the time is over.
+        """Block until signalled, at most `timeout` seconds (None: no limit); False after the timeout.
 
-        Of several threads that wait for one signal of an auto-reset event one gets it. On a hub in virtual time
-        the timeout is virtual, and waiting lets that time pass.
+        If several threads wait for one signal of an auto-reset event, one of them gets it. On a hub in virtual time
+        the timeout is in virtual time, and waiting lets that time pass.
         """
         if timeout is not None and not timeout >= 0:
             raise BadValue(f"timeout {timeout!r}: seconds from 0 up, or None")
@@ -87,19 +87,19 @@ class Event:
         return False
 
     def clock_s(self) -> float:
-        """Seconds on the clock that `wait` counts by, from some beginning: virtual where it is assigned so."""
+        """Seconds on the clock that `wait` uses, from any start: virtual if the assigned objects' time is."""
         clock = next((signal.clock for signal in self._signals if signal.clock is not None), None)
         return time.monotonic() if clock is None else clock() / 1e9
 
     def fileno(self) -> int:
-        """A descriptor that is readable while the event is signalled, whatever it is assigned to by then."""
+        """A descriptor that is readable while the event is signalled, also after later assignments."""
         with self._lock:
             if self._any is None:
                 self._any = AnyOf([self._own, *(signal.descriptor for signal in self._signals)])
             return self._any.fileno()
 
     def close(self) -> None:
-        """Let go of the descriptors; a second time does nothing."""
+        """Close the descriptors; a second call has no effect."""
         self._closed = True
         self._forget_any()
         self._own.close()
@@ -111,7 +111,7 @@ class Event:
         return f"<{kind} event, {'signalled' if self.is_set() else 'not signalled'}, {len(self._signals)} assigned>"
 
     def __del__(self) -> None:
-        """One that nobody holds any more can signal nobody: its descriptors go with it."""
+        """Close the descriptors of an event without references."""
         if hasattr(self, "_any"):  # made without failure
             self.close()
 
@@ -128,7 +128,7 @@ class Event:
                 self._any.add(signal.descriptor)
 
     def unbind(self, signal: Signal) -> None:
-        """No longer; unknown ones are ignored. To be called before its descriptor is closed."""
+        """Undo `bind`; an unknown signal is ignored. Call this before its descriptor is closed."""
         with self._lock:
             if signal in self._signals:
                 self._signals.remove(signal)

@@ -1,4 +1,4 @@
-"""asyncio on a hub's virtual time: a loop whose clock is the hub's. When every task waits, its thread waits there."""
+"""asyncio in a hub's virtual time: a loop with the hub's clock. When all tasks wait, its thread waits at the hub."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Ts = TypeVarTuple("Ts")
 
 
 class Waiting(Protocol):
-    """What is needed of a client of the hub."""
+    """The methods of a client of the hub that the loop uses."""
 
     def now_ns(self) -> int: ...
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool: ...
@@ -21,7 +21,7 @@ class Waiting(Protocol):
 
 
 class HubLoop(asyncio.SelectorEventLoop):
-    """`time()` is the hub's, in seconds."""
+    """`time()` is the hub's time in seconds."""
 
     def __init__(self, hub: Waiting) -> None:
         self._hub = hub
@@ -40,7 +40,7 @@ class HubLoop(asyncio.SelectorEventLoop):
 
 
 class _WaitingThere(DefaultSelector):
-    """Where the loop would sleep, the hub's time passes, until a descriptor is readable: an event's, a bus's."""
+    """Lets the hub's time pass instead of sleeping, until a descriptor of an event or a bus is readable."""
 
     def __init__(self, hub: Waiting) -> None:
         super().__init__()
@@ -55,6 +55,6 @@ class _WaitingThere(DefaultSelector):
 
 
 def run(hub: Waiting, main: Coroutine[Any, Any, Result]) -> Result:
-    """As asyncio.run, in the hub's time."""
+    """Like asyncio.run, in the hub's time."""
     with asyncio.Runner(loop_factory=lambda: HubLoop(hub)) as runner:
         return runner.run(main)

@@ -1,4 +1,4 @@
-"""A FIFO between any two clients, of elements of any size: the hub only makes it and keeps its ends single."""
+"""A FIFO between any two clients, of elements of any size: the hub makes it, and ensures that each end is open once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Telling:
-    """The other end's event, where programs keep one time: the hub has to know that its program may continue."""
+    """The event of the other end in lockstep time: the hub has to know that the other program may continue."""
 
     def __init__(self, event: EventDescriptor, hub: Client) -> None:
         self._event = event
@@ -31,9 +31,9 @@ class Telling:
 
 
 class Fifo(Lease):
-    """A reference to a FIFO in one of three roles: "fifo" looks at it, "reader" and "writer" are its ends.
+    """A reference to a FIFO in one of three roles: "fifo" monitors it, "reader" and "writer" are its ends.
 
-    It exists for as long as somebody refers to it. Each end is open once at a time.
+    The FIFO exists while references to it exist. Each end can only be open once at a time.
     """
 
     def __init__(

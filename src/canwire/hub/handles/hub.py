@@ -1,4 +1,4 @@
-"""The boards that several programs share, as one program sees them."""
+"""A program's access to the boards that several programs share."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Hub(Client):
     # boards
 
     def boards(self) -> tuple[BoardInfo, ...]:
-        """Every board plugged in now, in the order of their plugging."""
+        """All boards that are plugged in, in the order of plugging."""
         page = self.call(m.ListBoards())
         boards: list[BoardInfo] = list(page.boards)
         while page.more:
@@ -59,7 +59,7 @@ class Hub(Client):
         return tuple(boards)
 
     def board(self, name: str) -> BoardInfo:
-        """The board with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""
+        """The board with this hardware id, or the first of this kind; NoSuchBoard names all boards."""
         return board_named(self.boards(), name)
 
     def watch(self, event: Event) -> None:
@@ -67,7 +67,7 @@ class Hub(Client):
         self._watch.assign(event)
 
     def unwatch(self, event: Event) -> None:
-        """No longer; a second time does nothing."""
+        """Undo `watch`; a second call has no effect."""
         self._watch.unassign(event)
 
     def plug(
@@ -82,12 +82,12 @@ class Hub(Client):
         port: str = "",
         temporary: bool = False,
     ) -> BoardInfo:
-        """Plug in a board. Without a `serial` ("HW" and digits) it gets one, without `buses` the kind's usual ones.
+        """Plug in a board. By default the hub chooses the `serial` ("HW" and digits), and the kind decides the `buses`.
 
-        An ISA board (inducan104) goes to address `base` (usually 0x280) and interrupt line `irq` (usually 5);
-        raises InUse naming the board that is there. `port` says where a real adapter is: "/dev/ttyUSB0",
+        An ISA board (inducan104) gets address `base` (default 0x280) and interrupt line `irq` (default 5); InUse
+        names a board that already has them. `port` is the place of a real adapter: "/dev/ttyUSB0",
         "socket://host:port" (slcan), "pcan/PCAN_USBBUS1" (python-can). A `temporary` board is pulled out when
-        this connection ends, however it ends.
+        this connection ends in any way.
         """
         board: BoardInfo = self.call(
             m.Plug(kind, serial, buses, base, irq, shared_irq, port, temporary)
@@ -95,22 +95,22 @@ class Hub(Client):
         return board
 
     def unplug(self, hardware_id: str) -> None:
-        """Pull a board out: every handle on it, everybody's, raises Unplugged from now on."""
+        """Pull a board out: all handles on it, of all programs, raise Unplugged from now on."""
         self.call(m.Unplug(hardware_id))
 
     def open_layer(self, board: int, layer: str) -> Lease:
-        """Share an access layer of a board; raises InUse while somebody uses another one."""
+        """Share an access layer of a board; raises InUse while a program uses another layer."""
         return Lease(self, self.call(m.OpenLayer(board, layer)).handle, f"layer {layer!r} of board {board}")
 
     # lines
 
     def obstacle(self, board: BoardInfo, line: int) -> str:
-        """What keeps a real adapter's CAN line off its bus; "" where nothing does. Simulated boards are not asked."""
+        """Why the CAN line of a real adapter is not on its bus; "" if it is. Always "" for simulated boards."""
         instance("board", board, BoardInfo)
         return self.line_status(board.id, line).obstacle if "Port" in dict(board.resources) else ""
 
     def line_statuses(self, boards: Iterable[int]) -> dict[tuple[int, int], LineStatus]:
-        """The CAN lines of many boards by board and line, in few calls; those of a board that has gone are left out."""
+        """The CAN lines of many boards by board and line, in few calls; lines of unplugged boards are left out."""
         pages = (self.call(m.GetLineStatuses(some)) for some in _pages(boards))
         return {(board, line): status for page in pages for board, line, status in page.values}
 
@@ -120,15 +120,15 @@ class Hub(Client):
         return {(board, line): state for page in pages for board, line, state in page.values}
 
     def open_control(self, board: int, line: int, *, kin: str = "") -> Control:
-        """The one lease that configures a line, for programs of the interface `kin`; raises InUse naming its holder."""
+        """The one lease that configures a line, for programs of the interface `kin`; InUse names its holder."""
         _check_line(board, line)
         return Control(self, self.call(m.OpenControl(board, line, kin)).handle, board, line, kin)
 
     def recover(self, board: int, line: int, *, abort_pending: bool = False) -> None:
-        """Return a line from bus-off to the bus, with clean counters; without effect on a line that is not bus-off.
+        """Return a line from bus-off to the bus, with counters at 0; no effect on a line that is not bus-off.
 
-        Any program that has something open on the line may do this, also without its control; else WrongState. With
-        `abort_pending` all frames queued on the line are discarded first.
+        A program needs a lease on the line, but not its control; without a lease it gets WrongState. With
+        `abort_pending`, all frames queued on the line are discarded first.
         """
         self.call(m.Recover(board, line, abort_pending))
 
@@ -149,7 +149,7 @@ class Hub(Client):
     # LIN lines
 
     def open_lin_control(self, board: int, line: int) -> LinControl:
-        """The one lease that configures a LIN line and sends on it; raises InUse naming its holder."""
+        """The one lease that configures a LIN line and sends on it; InUse names its holder."""
         from canwire.hub.handles.lin import LinControl
 
         return LinControl(self, self.call(m.OpenControl(board, line)).handle, board, line)
@@ -161,13 +161,13 @@ class Hub(Client):
         return Monitor(self, self.call(m.OpenMonitor(board, line, exclusive)).handle, board, line)
 
     def keep_settings(self, board: int, line: int) -> Lease:
-        """A line keeps its settings, and keeps running if it runs, while this is open; other programs may use it."""
+        """A lease that keeps the settings of a line, and keeps it running; other programs may use the line."""
         return Lease(self, self.call(m.KeepSettings(board, line)).handle, f"settings of line {line}")
 
     def open_share(self, board: int, line: int, *, read: bool, write: bool, share: int = 3) -> Lease:
-        """Have a line open for reading or writing as CreateFile does; `share`: others may read (1), write (2).
+        """Open a line for reading or writing as CreateFile does; `share`: others may read (1), write (2).
 
-        Raises InUse where somebody's share mode forbids it, NoChannel where all channels of the line are taken.
+        Raises InUse if the share mode of another program forbids it, NoChannel if all channels of the line are in use.
         """
         request = m.OpenShare(board, line, read, write, share)
         return Lease(self, self.call(request).handle, f"share of line {line}")
@@ -182,18 +182,18 @@ class Hub(Client):
         return Fifo(self, reply, FIFO, descriptors)
 
     def open_fifo(self, fifo: int, role: str) -> Fifo:
-        """An existing one as "fifo", "reader" or "writer"; raises NoSuchBoard, or InUse for an end that is open."""
+        """Open a FIFO as "fifo", "reader" or "writer"; raises NoSuchBoard, or InUse for an end that is open."""
         from canwire.hub.handles.fifo import Fifo
 
         reply, descriptors = self.ask(m.OpenFifo(fifo, role))
         return Fifo(self, reply, role, descriptors)
 
     def create_luid(self) -> int:
-        """A number that this hub never gave out before."""
+        """A number that this hub has not returned before."""
         return int(self.call(m.CreateLuid()).value)
 
     def hold_interrupts(self, board: int, line: int, held: bool = True) -> None:
-        """A fault: keep the line's driver from serving its chip, which then overruns; or let it again."""
+        """A fault: with `held`, stop the line's driver from serving its chip, which then overruns; else end this."""
         self.call(m.HoldInterrupts(board, line, held))
 
     def bus(self, name: str) -> HubBus:
@@ -209,26 +209,26 @@ class Hub(Client):
         return HubLinBus(self, name)
 
     def short(self, bus: str, shorted: bool = True) -> None:
-        """Short a bus's two wires, or take this short away; raises NoSuchBoard. It outlives this connection."""
+        """Short the wires of a bus, or remove this short; raises NoSuchBoard. The short outlives this connection."""
         self.call(m.Disturb(bus, shorted))
 
     def registers(self, board: int, line: int) -> tuple[RegisterValue, ...]:
-        """Those of the line's chip, read without side effects; none where the chip is an ideal one."""
+        """The registers of the line's chip, read without side effects; none for an ideal controller."""
         values: tuple[RegisterValue, ...] = self.call(m.GetRegisters(board, line)).values
         return values
 
     def note(self, name: str) -> bytes:
-        """What some program left at the hub under this name; b"" if nothing."""
+        """The note that a program has left at the hub under this name; b"" if none."""
         return bytes(self.call(m.GetNote(name)).value)
 
     def notes(self, prefix: str) -> dict[str, bytes]:
-        """All notes whose names begin so."""
+        """All notes whose names begin with `prefix`."""
         return dict(self.call(m.ListNotes(prefix)).values)
 
     def set_note(self, name: str, value: bytes, *, leaves: bool = False) -> None:
-        """Leave a note for other programs, in place of the one before; b"" takes it away.
+        """Leave a note for other programs, and replace an earlier one; b"" removes it.
 
-        One that `leaves` is gone as soon as this program is.
+        A note that `leaves` is removed when this program ends.
         """
         self.call(m.SetNote(name, value, leaves))
 

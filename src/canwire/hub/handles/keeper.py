@@ -1,4 +1,4 @@
-"""How the threads of a program let a hub's virtual time pass (canwire.threads)."""
+"""Lets the threads of a program make a hub's virtual time pass (canwire.threads)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Called(Protocol):
-    """What is needed of a client of the hub."""
+    """The methods of a client of the hub that a keeper uses."""
 
     @property
     def lost(self) -> bool: ...
@@ -19,7 +19,7 @@ class Called(Protocol):
 
 
 class HubKeeper:
-    """The virtual time of a hub in this process, which nobody else has a part in."""
+    """The virtual time of a hub in this process, which no other program shares."""
 
     alone = True
 
@@ -34,18 +34,18 @@ class HubKeeper:
         return int(self._client.call(m.Advance(0)).value)
 
     def pass_time(self, now_ns: int, until_ns: int) -> int:
-        """Until then, or until something is signalled; the time it is then."""
+        """Let time pass until then, or until a signal; returns the new time."""
         return int(self._client.call(m.Advance(until_ns - now_ns)).value)
 
     def leave(self) -> None:
-        """Nobody else is held up."""
+        """Nothing: no other program waits for this one."""
 
     def rejoin(self) -> None:
         """See `leave`."""
 
 
 class LockstepKeeper:
-    """The one time of many programs, of whose turns this one's threads have one together."""
+    """Lockstep time: the threads of this program share one place in the order of turns."""
 
     alone = False
 
@@ -65,7 +65,7 @@ class LockstepKeeper:
         return self._timed().now_ns()
 
     def pass_time(self, now_ns: int, until_ns: int) -> int:
-        """Other programs run until then, or until something is signalled to this one."""
+        """Let other programs run until then, or until a signal to this program."""
         return self._timed().await_turn(until_ns)
 
     def leave(self) -> None:
@@ -74,7 +74,7 @@ class LockstepKeeper:
             self._timed().leave()
 
     def rejoin(self) -> None:
-        """At its turn the program continues."""
+        """Take part again; the program continues at its turn."""
         if not self.lost:
             self._timed().join()
 

@@ -1,4 +1,4 @@
-"""What a client holds at its hub: leases that are given back when closed, or when the client is gone."""
+"""The base class of leases, which a client has at its hub until it closes them, or until the client is gone."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class Lease:
-    """Something held at the hub. Closing twice is fine; used after that it raises Closed.
+    """A lease at the hub. It may be closed twice; a use after that raises Closed.
 
-    Once its board is pulled out every use raises Unplugged, once the hub is gone HubLost.
+    A use raises Unplugged once its board was pulled out, and HubLost once the hub is gone.
     """
 
     def __init__(self, hub: Client, handle: int, name: str) -> None:
@@ -33,7 +33,7 @@ class Lease:
         return self._handle
 
     def check(self) -> None:
-        """Raise what keeps this from being used, if anything does."""
+        """Raise an error if the lease is over."""
         if self._closed:
             raise Closed(self.name)
         if self._gone is not None:
@@ -43,7 +43,7 @@ class Lease:
 
     @property
     def over(self) -> bool:
-        """Nothing more will happen on this lease."""
+        """True if the lease has ended."""
         return self._closed or self._gone is not None or self.hub.lost
 
     def end(self, why: Exception) -> None:

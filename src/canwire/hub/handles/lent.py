@@ -1,4 +1,4 @@
-"""Ends of rings that another process works on: a program without an interpreter, for which this one asks the hub."""
+"""Ends of rings that another process uses: a program without an interpreter, for which this process calls the hub."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class LentMemory:
 
 
 class LentRing(NamedTuple):
-    """What a process needs to use a ring's end; the descriptors are still the lender's."""
+    """What a process needs to use the end of a ring; the lender still owns the descriptors."""
 
     memory: LentMemory
     begin: int
     """The byte of the memory at which the ring begins."""
     own: EventDescriptor
-    """The other side signals this end by it."""
+    """The event by which the other side signals this end."""
     peer: EventDescriptor | None
     """Signals the other side, as writing eight bytes to its descriptor does; None: it wants no signals."""

@@ -1,4 +1,4 @@
-"""What a client holds on a LIN line: its control, and monitors that receive."""
+"""A client's leases on a LIN line: its control, and monitors that receive."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class LinControl(Lease):
     def send(self, frame: LinFrame) -> None:
         """Master only: put a frame, or its header alone, on the bus as soon as it is free.
 
-        Raises WrongState (a slave, or not started), NotInitialised, and Busy while the one before is not over.
+        Raises WrongState (a slave, or not started), NotInitialised, and Busy while the previous one is not over.
         """
         self.ask(m.WriteLin(self.handle, record_of_lin_frame(frame), True))
 
@@ -69,19 +69,19 @@ class LinControl(Lease):
         self.ask(m.WakeLin(self.handle, True))
 
     def run_schedule(self, schedule: LinSchedule, rounds: int = 0) -> None:
-        """Master only: run this table in the hub, `rounds` times (0: no limit), in place of one that runs."""
+        """Master only: run this table in the hub `rounds` times (0: no limit), instead of the running one."""
         self.ask(m.RunSchedule(self.handle, schedule, rounds))
 
     def stop_schedule(self) -> None:
-        """End the table that runs, if one does."""
+        """End the running table, if there is one."""
         self.ask(m.RunSchedule(self.handle, None, 0))
 
     def request(self, nad: int, payload: bytes, *, within: float = 1.0) -> bytes:
         """Master only: send a request (SID and data, 1 to 4095 bytes) to this NAD; returns the payload that answers.
 
         b"" for a functional request (NAD 0x7E). A negative response is a payload too: 7F, the SID, a code. The hub
-        sends it between what else the line sends. Raises NotReceived after `within` seconds of bus time, WrongState (a
-        slave, or not started), NotInitialised, and Busy while another request is not over.
+        sends the request between other frames of the line. Raises NotReceived after `within` seconds of bus time,
+        WrongState (a slave, or not started), NotInitialised, and Busy while another request is not over.
         """
         whole("nad", nad, 0, 0xFF)
         wanted = m.RequestLin(self.handle, nad, octets("payload", payload), nanoseconds("within", within))
@@ -118,11 +118,11 @@ class LinControl(Lease):
         return state
 
     def power_up(self) -> None:
-        """As after power was away: a configured slave has the NAD and identifiers saved last. Raises WrongState."""
+        """Simulate a return of power: a configured slave uses the NAD and identifiers saved last. Raises WrongState."""
         self.ask(m.GetLinConfiguration(self.handle, True))
 
     def status(self) -> m.LinLineState:
-        """LinLineStatus in `status`, and who holds what."""
+        """The LinLineStatus in `status`, and the holders of leases on the line."""
         self.check()
         return self.hub.lin_status(self.board, self.line)
 
@@ -162,13 +162,13 @@ class Monitor(Lease):
     def activate(self) -> LinLineStatus:
         """Start receiving messages whenever the line runs; returns the line's status at that moment.
 
-        It leaves out how late the hub is.
+        The result has no lateness of the hub.
         """
         status: LinLineStatus = self.ask(m.Activate(self.handle, True)).status
         return status
 
     def deactivate(self) -> None:
-        """No more; what waits in the queue stays."""
+        """Stop receiving; messages in the queue stay."""
         self.ask(m.Activate(self.handle, False))
 
     def status(self) -> LinMonitorStatus:
@@ -176,7 +176,7 @@ class Monitor(Lease):
         return status
 
     def receive(self, timeout: float | None = 0) -> LinFrame | LinEvent | None:
-        """The oldest message, or None when none comes in `timeout` seconds (None: no limit)."""
+        """The oldest message, or None if none arrives within `timeout` seconds (None: no limit)."""
         end = self.reading
         if not end.ring.fill():
             self.check()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Scheduler(Lease):
-    """The one lease on a line's cyclic transmit list: boards/can/scheduler.py's."""
+    """The one lease on a line's cyclic transmit list (boards/can/scheduler.py)."""
 
     def __init__(self, hub: Client, handle: int, board: int, line: int) -> None:
         super().__init__(hub, handle, f"cyclic list of line {line}")
@@ -38,20 +38,20 @@ class Scheduler(Lease):
         return int(self.ask(m.AddCyclic(self._handle, record, cycle, increment, byte_index, channel)).value)
 
     def replace(self, index: int, record: bytes) -> None:
-        """Another frame, in the same ticks; not for one that grows."""
+        """Replace the frame; the ticks stay the same. Not for an entry whose frame counts up."""
         self.ask(m.ReplaceCyclic(self._handle, index, record))
 
     def remove(self, index: int) -> None:
         self.ask(m.RemoveCyclic(self._handle, index))
 
     def start(self, index: int, count: int = 0) -> None:
-        """Send it `count` times, 0: until it is stopped."""
+        """Send this entry `count` times, 0: until it is stopped."""
         self.ask(m.StartCyclic(self._handle, index, count))
 
     def start_in_turn(self, indices: Sequence[int], counts: Sequence[int], step: int) -> None:
-        """The first one in the next tick, the others each `step` ticks later; a count of 0: until it is stopped.
+        """Start the first entry in the next tick, the others each `step` ticks later; count 0: until it is stopped.
 
-        Raises WrongState for a list that does not run.
+        Raises WrongState if the list does not run.
         """
         self.ask(m.StartInTurn(self._handle, tuple(indices), tuple(counts), step))
 

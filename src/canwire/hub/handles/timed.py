@@ -1,7 +1,7 @@
-"""How a program's threads keep their hub's one time: each waits for its turn, and knows what time it is meanwhile.
+"""A program's threads in lockstep: each waits for its turn, and knows the time during its turn.
 
-A thread is known to its hub by the process's word and its own number, whichever connection it asks through; so all
-connections of a process to one hub share what is here.
+The hub identifies a thread by the word of its process and its number, on whichever connection it calls; so all
+connections of a process to one hub share this state.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _NEVER = (1 << 63) - 1
 
 
 class Connection(Protocol):
-    """What is needed of a client of the hub."""
+    """The part of a client of the hub that lockstep uses."""
 
     doorbell: EventDescriptor
 
@@ -41,7 +41,7 @@ class Connection(Protocol):
 
 
 class _Seat:
-    """What a thread knows of a hub: the time since its last turn began, None: it has to ask. `page` is how it waits."""
+    """A thread's state at one hub: the time of its last turn, None: unknown; and the `page` by which it waits."""
 
     def __init__(self) -> None:
         self.now_ns: int | None = None
@@ -49,7 +49,7 @@ class _Seat:
 
 
 class Place:
-    """A thread's number in its process, and its seats by hub; once it has ended, hubs wait for it no longer."""
+    """A thread's number in its process, and its seats by hub. Hubs do not wait for a thread that has ended."""
 
     def __init__(self) -> None:
         self._number = -1
@@ -58,14 +58,14 @@ class Place:
 
     @property
     def number(self) -> int:
-        """In the order of asking: threads that never take part need none."""
+        """The thread's number, assigned on first use: threads that never take part have none."""
         if self._number < 0:
             self._number = self.leaving.number = next(_NUMBERS)
         return self._number
 
 
 class _Thread(threading.local):
-    """The calling thread's."""
+    """The Place of each thread."""
 
     def __init__(self) -> None:
         self.place = Place()
@@ -88,7 +88,7 @@ class _Leaving:
 
 
 class Timed:
-    """A connection whose program takes part. Made by the thread that connects, which waits for its first turn here."""
+    """A connection whose program takes part. The constructor waits for the first turn of the calling thread."""
 
     def __init__(
         self, client: Connection, name: str, stir: Callable[[], object], place: Place | None = None
@@ -102,12 +102,12 @@ class Timed:
         self._hub = self._joined(place or _THREAD.place)
 
     def share(self) -> Place:
-        """The place of the calling thread is that of all who take turns with it."""
+        """Make the calling thread's place that of all threads that take turns with it."""
         self._shared = _THREAD.place
         return self._shared
 
     def now_ns(self) -> int:
-        """The hub's time; without asking, where this thread's turn says it."""
+        """The hub's time; known without a call during this thread's turn."""
         seat = self._place().seats.get(self._hub)
         if seat is None:
             return self._asked_ns()
@@ -116,19 +116,19 @@ class Timed:
         return seat.now_ns
 
     def forget_now(self) -> None:
-        """What this thread asked may have taken time."""
+        """Forget the time: a call of this thread may have taken time."""
         seat = self._place().seats.get(self._hub)
         if seat is not None:
             seat.now_ns = None
 
     def sleep(self, seconds: float) -> None:
-        """Others run meanwhile, also in no time at all."""
+        """Let other programs run for this long; also for 0 seconds."""
         until_ns = self.now_ns() + nanoseconds("seconds", seconds)
         while self._await_turn(until_ns) < until_ns:
             pass
 
     def advance(self, ready: Callable[[], bool], timeout: float | None) -> bool:
-        """Client.advance, in one time with other programs."""
+        """Client.advance in lockstep time."""
         if ready():
             return True
         if timeout == 0:
@@ -142,7 +142,7 @@ class Timed:
         return False
 
     def await_turn(self, until_ns: int) -> int:
-        """Others run until then, or until anything is signalled to this program; the time it is then."""
+        """Let other programs run until then, or until a signal to this program; returns the new time."""
         return self._await_turn(until_ns)
 
     def wait_once(self, timeout: float | None) -> None:
@@ -151,11 +151,11 @@ class Timed:
         self._await_turn(end_ns)
 
     def stir_everybody(self) -> None:
-        """Something changed that other programs may wait for, and the hub does not know of."""
+        """Make all programs check again: something has changed that the hub does not know of."""
         self._client.call(m.Stir())
 
     def stir(self) -> None:
-        """Have this program's threads look again, without a lock and without waiting."""
+        """Make this program's threads check again, without a lock and without waiting."""
         if self._page is not None:
             self._page.stir()
         self._stir_hub()
@@ -166,11 +166,11 @@ class Timed:
             self._page.end()
 
     def leave(self) -> None:
-        """Time does not wait for this thread, until it `joins` again."""
+        """Leave lockstep: time does not wait for this thread until `join`."""
         self._client.call(m.LeaveTime(self._place().number))
 
     def join(self) -> None:
-        """At its turn this thread continues, and time waits for it."""
+        """Take part again: this thread continues at its turn, and time waits for it."""
         self._joined(self._place())
 
     def _joined(self, place: Place) -> str:

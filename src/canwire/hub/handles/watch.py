@@ -25,7 +25,7 @@ class BoardWatch:
         self._asked = False
 
     def assign(self, event: Event) -> None:
-        """Signal this event from now on; one that is signalled already counts once."""
+        """Signal this event from now on; while it is already signalled, further changes have no effect."""
         instance("event", event, Event)
         if not self._asked:
             self._client.call(m.Watch())
@@ -38,14 +38,14 @@ class BoardWatch:
         event.bind(watcher)
 
     def unassign(self, event: Event) -> None:
-        """No longer; unknown ones are ignored."""
+        """Undo `assign`; an unknown event is ignored."""
         with self._lock:
             found = [watcher for watcher in self._watchers if watcher.event is event]
             self._watchers = [watcher for watcher in self._watchers if watcher.event is not event]
         self._end(found)
 
     def notice(self, notice: m.Message | None) -> None:
-        """Boards come and go with BoardsChanged; a hub that is gone (None) has none left."""
+        """Signal the events at BoardsChanged, and at None: a hub that is gone has no boards."""
         if not isinstance(notice, m.Gone):
             with self._lock:
                 for watcher in self._watchers:
@@ -82,7 +82,7 @@ class Watcher:
         return self._client.now_ns if self._client.timed else None
 
     def rearm(self) -> None:
-        """Every change signals anyway."""
+        """Nothing: every change signals."""
 
     def stir(self) -> None:
         self._client.stir()

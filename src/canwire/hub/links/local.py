@@ -125,8 +125,7 @@ class LocalLink:
             due_ns = world.timeline.next_ns()
             if due_ns >= NEVER or due_ns > last_ns:
                 raise HubError(
-                    f"{type(request).__name__} would never end: nothing that it waits for is left to happen on the "
-                    f"buses of this hub"
+                    f"{type(request).__name__} would never end: no further event on the buses of this hub can end it"
                 )
             if not world.held.run(world.timeline, due_ns) and world.held.resting:
                 return True

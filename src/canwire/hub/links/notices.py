@@ -31,7 +31,7 @@ class Notices:
             self._listeners.append(listener)
 
     def tell(self, notice: Message | None) -> None:
-        """Pass it on soon, from any thread; nothing once closed."""
+        """Pass a notice on soon, from any thread; no effect once closed."""
         if self._is_next(notice):
             try:
                 threading.Thread(target=self._tell_all, name="canwire-notices", daemon=True).start()
@@ -39,7 +39,7 @@ class Notices:
                 self._tell_all()
 
     def tell_here(self, notice: Message | None) -> None:
-        """Pass it on in this very thread, unless another one does that already."""
+        """Pass a notice on in this thread, unless another thread is already passing on notices."""
         if self._is_next(notice):
             self._tell_all()
 

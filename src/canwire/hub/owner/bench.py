@@ -1,4 +1,4 @@
-"""A bench whose buses a hub's boards may be plugged into."""
+"""A bench with buses into which the boards of a hub may be plugged."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from canwire.timeline import Timeline
 
 
 class Bench(NamedTuple):
-    """Its time and what holds that, its buses by name, and what goes wrong on each.
+    """The bench's time and its pacing, its buses by name, and the faults of each.
 
-    A bus has one script of faults, whichever program adds to it.
+    A bus has one script of faults, to which all programs add.
     """
 
     timeline: Timeline

@@ -1,4 +1,4 @@
-"""An answer that comes later, from within the timeline."""
+"""An answer that is given later, by the timeline."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.hub.protocol.link import Answer
 
 
 class Deferred:
-    """Settled once, with an answer or an error; later callers get it immediately."""
+    """Settled once, with an answer or an error; functions that are added later are called immediately."""
 
     def __init__(self) -> None:
         self._result: Answer | CanwireError | None = None
@@ -20,7 +20,7 @@ class Deferred:
         return self._result is not None
 
     def settle(self, result: Answer | CanwireError) -> None:
-        """This is it; a second one is ignored."""
+        """Set the answer or error; a second call has no effect."""
         if self._result is None:
             self._result = result
             callbacks, self._callbacks = self._callbacks, []

@@ -1,4 +1,4 @@
-"""What keeps a hub's world moving: one thread for its time, its input and everything asked of it."""
+"""Runs the world of a hub: one thread for its time, its input and all requests."""
 
 from __future__ import annotations
 
@@ -29,9 +29,8 @@ _PACES: dict[str, Callable[[World], RealPace]] = {REAL: RealPace, FAST: FastPace
 class Engine:
     """Owns a world. In "virtual" time the calling threads run it, one at a time; else one thread of the engine does.
 
-    Everything that touches the world goes through `call` or `post`, or is a callback given to `watch`, and so has
-    the world to itself. A callback that raises is reported on stderr, once for each place, and counted in
-    `failures`; the engine continues.
+    All access to the world is by `call` or `post`, or by a callback given to `watch`, so that only one runs at a time.
+    A callback that raises is reported on stderr, once for each place, and counted in `failures`; the engine continues.
     """
 
     def __init__(self, world: World, time: str = REAL, pace: RealPace | None = None) -> None:
@@ -57,11 +56,11 @@ class Engine:
 
     @property
     def closed(self) -> bool:
-        """Nothing more happens here: closed, or this process is a fork of the engine's."""
+        """True if the engine was closed, or if this process is a fork of the engine's process."""
         return self._closed or self._pid != os.getpid()
 
     def call(self, work: Callable[[], Result]) -> Result:
-        """Do something with the world; returns what that returns, raises what it raises, HubLost once closed."""
+        """Call `work` with the world; returns and raises what `work` does, raises HubLost once closed."""
         if self._loop is None:
             return self._call_here(work)
         if self.inside():
@@ -71,54 +70,54 @@ class Engine:
         return done.result()
 
     def post(self, work: Callable[[], object]) -> None:
-        """Do something with the world soon, after what is being done now; nothing once closed."""
+        """Call `work` with the world soon, after the present call; no effect once closed."""
         if self.inside():
             self._posted.append(work)
         elif not self.closed:
             self._hand_over(work)
 
     def inside(self) -> bool:
-        """The calling thread is the engine's own."""
+        """True in the engine's thread."""
         return self._loop is not None and threading.current_thread() is self._loop.thread
 
     def watch(
         self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
     ) -> None:
-        """Call back whenever `source` is readable, or writable; again: in place of what was. Engine's thread only.
+        """Call back whenever `source` is readable, or writable; a second call replaces these. Engine's thread only.
 
-        In virtual time nothing is watched: there the thread that lets time pass checks everything.
+        In virtual time nothing is watched: the thread that lets time pass checks everything.
         """
         if self._loop is not None:
             self._loop.watch(source, readable, writable)
 
     def unwatch(self, source: HasFileno) -> None:
-        """No more, from this moment; unknown ones are ignored. To be called before `source` is closed."""
+        """Stop watching immediately; an unknown source is ignored. Call this before `source` is closed."""
         if self._loop is not None:
             self._loop.unwatch(source)
 
     def remind(self, seconds: float, work: Callable[[], object]) -> None:
-        """Call back once, in so many seconds of the monotonic clock, whatever the bus time. Engine's thread only.
+        """Call back once after this many seconds of the monotonic clock, not of bus time. Engine's thread only.
 
-        Never in virtual time, and not once closed.
+        The callback is not called in virtual time, nor once closed.
         """
         if self._loop is not None:
             self._loop.remind(seconds, work)
 
     def when_closed(self, callback: Callable[[], object]) -> None:
-        """Call back once nothing more will happen, in the engine's thread."""
+        """Call back when the engine closes, in the engine's thread."""
         self._when_closed.append(callback)
 
     def forget(self, callback: Callable[[], object]) -> None:
-        """No callback at the end; unknown ones are ignored."""
+        """Remove a callback of `when_closed`; an unknown one is ignored."""
         if callback in self._when_closed:
             self._when_closed.remove(callback)
 
     def lateness_ns(self) -> list[int]:
-        """How late the last happenings were, in order; [] in virtual time."""
+        """The delays of the last events of the timeline, in order; [] in virtual time."""
         return [] if self._loop is None else list(self._loop.pace.lateness_ns)
 
     def report(self, error: BaseException) -> None:
-        """Count a failure of the hub itself, and show it unless one from the same place was shown before."""
+        """Count a failure of the hub itself, and print it unless one from the same place was printed before."""
         self.failures += 1
         frames = traceback.extract_tb(error.__traceback__)
         place = (
@@ -130,9 +129,9 @@ class Engine:
             print(f"canwire hub: a failure (reported once):\n{text}", file=sys.stderr, flush=True)
 
     def close(self, *, tell: bool = True) -> None:
-        """Stop; what was asked before still gets done. A second time does nothing.
+        """Stop after all earlier calls are done. A second call has no effect.
 
-        Without `tell` no `when_closed` callback is called: at a process's end nobody is left to be woken up.
+        Without `tell` no `when_closed` callback is called: at the end of a process no thread is left to be woken.
         """
         if self.closed:
             return
@@ -151,7 +150,7 @@ class Engine:
     # for the loop
 
     def attempt(self, work: Callable[[], object]) -> bool:
-        """Do it; False if it failed."""
+        """Call `work`; False if it raised."""
         try:
             work()
         except Exception as error:
@@ -160,7 +159,7 @@ class Engine:
         return True
 
     def run_posted(self) -> None:
-        """Do what was posted up to now; what that posts has to wait."""
+        """Do all work posted up to now; work that it posts has to wait."""
         for _ in range(len(self._posted)):
             self.attempt(self._posted.popleft())
 

@@ -1,4 +1,4 @@
-"""Where clients come in: every link opens its session here."""
+"""Opens and serves the session of each client; all links use it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from canwire.platform import EventDescriptor
 def open_session(
     world: World, name: str, pid: int, notify: Callable[[Message], None], doorbell: EventDescriptor | None
 ) -> Session:
-    """A client has come; `notify` passes notices on to it. `World.close_session` when it goes."""
+    """Open the session of a new client; `notify` passes notices to it. Call `World.close_session` at its end."""
     session = Session(
         f"{name} ({pid})",
         notify,
@@ -42,7 +42,7 @@ def _answer(request: Message, session: Session, world: World) -> Answer | Deferr
 
 
 def rung(world: World, session: Session, doorbell: EventDescriptor) -> None:
-    """A client has rung: it wrote into its transmit queues, or read from a full receive queue."""
+    """A client has signalled its doorbell: it wrote into a transmit queue, or read from a full receive queue."""
     if world.lockstep is None or not world.lockstep.has(session):
         doorbell.take()
         world.kick(session)

@@ -1,4 +1,4 @@
-"""What one client may have of a hub, and the error at that limit or at the system's."""
+"""The limits of one client of a hub, and the errors at these limits or at those of the system."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NO_MEMORY = (errno.ENOMEM, errno.ENOBUFS, errno.ENOSPC)
 
 
 def check_room(limits: LimitsConfig, name: str, used: int, who: str, more: int = 1) -> None:
-    """Raises LimitReached where `more` would be beyond the limit of this name."""
+    """Raises LimitReached if `more` would exceed the limit of this name."""
     limit: int = getattr(limits, name)
     if used + more > limit:
         raise LimitReached(
@@ -26,7 +26,7 @@ def check_room(limits: LimitsConfig, name: str, used: int, who: str, more: int =
 
 @contextlib.contextmanager
 def enough(what: str) -> Iterator[None]:
-    """Inside, running out of descriptors or memory is LimitReached: it ends a request, and nothing else."""
+    """A context in which a lack of descriptors or memory raises LimitReached, which only ends the request."""
     try:
         yield
     except OSError as error:
@@ -42,7 +42,7 @@ def enough(what: str) -> Iterator[None]:
 
 
 def no_descriptors(what: str) -> str:
-    """What is to be said where the system gives the hub no more of them."""
+    """The error message if the hub has used all its descriptors."""
     return (
         f"{what}: the hub has used all of its {descriptor_limit()} descriptors; close channels or FIFOs, "
         f"or start it with more (ulimit -n)"

@@ -1,4 +1,4 @@
-"""An engine's thread: it waits for input, hands it on, and lets time pass."""
+"""The thread of an engine: it waits for input, passes it on, and lets time pass."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _WRITABLE = Poller.WRITABLE
 
 
 class HasFileno(Protocol):
-    """What can be watched."""
+    """An object that can be watched."""
 
     def fileno(self) -> int: ...
 
 
 class Runs(Protocol):
-    """The engine, as its thread sees it."""
+    """The methods of the engine that its thread uses."""
 
     def report(self, error: BaseException) -> None: ...
     def run_posted(self) -> None: ...
@@ -32,7 +32,7 @@ class Runs(Protocol):
 
 
 class Watched:
-    """What to call when a descriptor is ready; `active` until it is unwatched."""
+    """The callbacks of a descriptor; `active` until it is unwatched."""
 
     def __init__(self, readable: Callable[[], object], writable: Callable[[], object] | None) -> None:
         self.readable = readable
@@ -41,7 +41,7 @@ class Watched:
 
 
 class Loop:
-    """The engine's thread: input, what was posted, then time."""
+    """The work of the engine's thread: input first, then posted work, then time."""
 
     def __init__(self, engine: Runs, pace: RealPace, posted: deque[Callable[[], object]]) -> None:
         self.pace = pace
@@ -59,7 +59,7 @@ class Loop:
     def watch(
         self, source: HasFileno, readable: Callable[[], object], writable: Callable[[], object] | None = None
     ) -> None:
-        """Call back whenever `source` is readable, or writable; again: in place of what was."""
+        """Call back whenever `source` is readable, or writable; a second call replaces these."""
         before = self._watched.get(source.fileno())
         if before is not None:
             before.active = False
@@ -67,14 +67,14 @@ class Loop:
         self._poller.watch(source.fileno(), Poller.READABLE | (Poller.WRITABLE if writable else 0))
 
     def unwatch(self, source: HasFileno) -> None:
-        """No more, from this moment; unknown ones are ignored."""
+        """Stop watching immediately; an unknown source is ignored."""
         watched = self._watched.pop(source.fileno(), None)
         if watched is not None:
             watched.active = False
             self._poller.unwatch(source.fileno())
 
     def remind(self, seconds: float, work: Callable[[], object]) -> None:
-        """Call back once, when so many seconds of the monotonic clock have passed."""
+        """Call back once after this many seconds of the monotonic clock."""
         heapq.heappush(self._reminders, (time.monotonic() + seconds, next(self._numbers), work))
 
     def run(self) -> None:
@@ -91,7 +91,7 @@ class Loop:
             self.wake.close()
 
     def _turn(self, timeout: float | None) -> float | None:
-        """Wait for input for so many seconds, handle it, let time go on; how long to wait next."""
+        """Wait for input for this many seconds, handle it, let time pass; returns how long to wait next."""
         if self._reminders:
             timeout = self._until_reminder(timeout)
         found = self._poller.wait(0 if self._posted else timeout)

@@ -1,4 +1,4 @@
-"""What programs leave at the hub for each other: each has separate room, those that have left share some."""
+"""Notes that programs leave at the hub for each other: each program has its own room, ended ones share some."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LEFT = 4  # times the room of one client for notes whose clients have left; the
 
 
 class Notes:
-    """Notes by name. One stays when its writer leaves, until another takes its place or many newer ones have come."""
+    """Notes by name. A note outlives its writer, until it is replaced or many newer ones exist."""
 
     def __init__(self, limits: LimitsConfig) -> None:
         self._limits = limits
@@ -27,17 +27,17 @@ class Notes:
         self._left: dict[str, None] = {}  # names of those whose writer has left, the oldest first
 
     def get(self, name: str) -> bytes:
-        """b"" where there is none."""
+        """The note of this name, b"" if it does not exist."""
         return self._values.get(name, (b"", None))[0]
 
     def beginning(self, prefix: str) -> tuple[tuple[str, bytes], ...]:
-        """Names that begin so, and their values."""
+        """All notes whose names begin with `prefix`: names and values."""
         return tuple((name, value) for name, (value, _) in self._values.items() if name.startswith(prefix))
 
     def set(self, name: str, value: bytes, writer: Session, *, leaves: bool = False) -> None:
-        """Keep it, or take it away where it is empty; raises BadValue for a large one, LimitReached for too many.
+        """Keep a note, or remove it if the value is empty; raises BadValue if too large, LimitReached if too many.
 
-        One that `leaves` goes with its writer.
+        A note that `leaves` is removed with its writer.
         """
         if len(name) > _LONGEST_NAME or len(value) > _LONGEST_NOTE:
             raise BadValue(
@@ -55,7 +55,7 @@ class Notes:
                 self._leaving.add(name)
 
     def leave(self, writer: Session) -> None:
-        """This client has left."""
+        """This client's connection has ended."""
         for name, (value, other) in list(self._values.items()):
             if other is writer and name in self._leaving:
                 del self._values[name]

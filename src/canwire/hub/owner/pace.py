@@ -1,6 +1,6 @@
-"""How a hub's time passes while its engine runs: with the clock, or as quickly as its readers can follow.
+"""How a hub's time passes while its engine runs: with the clock, or as fast as its readers can follow.
 
-Nothing here waits: `run` does what is due and tells how long the engine may wait for input.
+Nothing here waits: `run` runs what is due and returns how long the engine may wait for input.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 REST_NS = 400_000  # on average happenings closer together than this share a wake-up ...
 BURST_NS = 4_000_000  # ... once they have been so for this long
-UNHEARD_NS = 50_000_000  # happenings that no program can hear of are looked at so often
+UNHEARD_NS = 50_000_000  # interval of checks while no program can notice events of the timeline
 AHEAD_NS = 50_000_000  # bus time that fast time runs at most before it looks for input again
 SLICE_NS = 4_000_000  # time that is spent on the buses before the engine looks for input again ...
 STEP_NS = 250_000  # ... which is asked for about this often ...
@@ -29,7 +29,7 @@ LONGEST_STEP_NS = 2_000_000  # ... and at least after so much bus time: what fol
 WARN_NS = 1_000_000_000  # between two warnings of buses that cannot keep up
 PATIENCE_NS = 200_000_000  # how long a full receive queue may hold up fast time
 LARGEST_GAP_NS = 1_000_000_000  # a process that was stopped for longer does not make up for it
-LONGEST_WAIT_NS = 3_600_000_000_000  # systems do not count for ever
+LONGEST_WAIT_NS = 3_600_000_000_000  # systems limit the length of a wait
 _KEPT = 4096
 # the same for the compiled form, which has them as C numbers
 _REST, _BURST, _SLICE, _STEP, _LONGEST_STEP = REST_NS, BURST_NS, SLICE_NS, STEP_NS, LONGEST_STEP_NS
@@ -39,9 +39,8 @@ _LARGEST_GAP, _LONGEST_WAIT, _UNHEARD, _NEVER = LARGEST_GAP_NS, LONGEST_WAIT_NS,
 class RealPace:
     """The timeline follows the monotonic clock.
 
-    `lateness_ns` holds how long after their time the latest happenings were run, `skipped_ns` time that passed
-    while this process could not run, or not quickly enough, and that the timeline therefore leaves out. `clock_ns`
-    is for tests.
+    `lateness_ns` contains the delays of the latest events. `skipped_ns` is the time that the timeline leaves out,
+    because this process could not run, or not fast enough. `clock_ns` is for tests.
     """
 
     def __init__(self, world: World, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -60,16 +59,16 @@ class RealPace:
         world.lateness = self.lateness
 
     def lateness(self) -> tuple[int, int]:
-        """How far bus time is behind the clock now, and what it has left out since the beginning."""
+        """How far bus time is behind the clock now, and the time left out since the start, in ns."""
         behind_ns = self._clock_ns() - self._timeline.wake_ns()
         return max(0, behind_ns), self.skipped_ns
 
     def holding(self) -> AbstractContextManager[object]:
-        """While something is asked of the world nobody else lets time pass."""
+        """A context for requests to the world, in which no other thread lets time pass."""
         return nullcontext()
 
     def catch_up(self) -> None:
-        """Let what is due happen, for a slice of time at most; what is asked of the world next gets the bus's time."""
+        """Run what is due, for one slice of time at most, so that the next request finds the present bus time."""
         now_ns = self._clock_ns()
         late_ns = now_ns - self._timeline.wake_ns()
         if late_ns >= 0:
@@ -113,11 +112,11 @@ class RealPace:
             timeline.run_busy(limit_ns)
         else:
             while not timeline.run_until(limit_ns):
-                pass  # cut short between two happenings: go on with the next
+                pass  # cut short between two events: continue with the next
         self.tell()
 
     def tell(self) -> None:
-        """Give the signals that wait: once for all that happened in a step."""
+        """Give the signals that wait: each once for all events of a step."""
         if self._due and self._bells is not None:
             self._bells.ring()
 
@@ -130,7 +129,7 @@ class RealPace:
             self._world.warn(text)
 
     def run(self) -> float | None:
-        """Let what is due happen; the seconds until there is more to do, None: not before there is input."""
+        """Run what is due; returns the seconds until more is due, None: nothing is due before there is input."""
         due_ns = self._timeline.wake_ns()
         now_ns = self._clock_ns()
         if due_ns <= now_ns and self._rest_until_ns <= now_ns:
@@ -157,11 +156,11 @@ class RealPace:
 
 
 class FastPace(RealPace):
-    """The timeline follows the clock while all buses rest, and leaves it behind while one has something to do.
+    """The timeline follows the clock while all buses are idle, and runs faster while one is active.
 
-    A receive queue about to overflow holds time up until its reader has taken something. A reader that takes
-    nothing for too long loses frames at the clock's pace: so others can still follow. A bus that only repeats
-    what nobody acknowledges keeps to the clock as well.
+    A receive queue about to overflow stops time until its reader has read from it. If a reader does not read for too
+    long, time follows the clock, and that reader loses frames; so other readers can still follow. Time also follows
+    the clock while a bus only repeats frames that no node acknowledges.
     """
 
     def __init__(self, world: World, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -216,7 +215,7 @@ class FastPace(RealPace):
 
 
 class BenchPace(RealPace):
-    """The bench lets its time pass itself, in a thread of its own; the engine takes its turns in between."""
+    """The bench lets its time pass in its own thread; the engine runs in between."""
 
     def __init__(self, world: World, pacer: Pacer) -> None:
         super().__init__(world)

@@ -1,4 +1,4 @@
-"""Lines of one bus that could not work together on copper: told once."""
+"""Warnings about lines of one bus that could not work together on a real bus, each given once."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Neighbours:
-    """Who takes part in a hub's buses besides `controllers`, those of all its lines; each bus is checked one time."""
+    """The nodes on a hub's buses other than `controllers`, those of the hub's lines; each bus is checked once."""
 
     def __init__(self, controllers: Container[Node]) -> None:
         self._controllers = controllers
         self._found: dict[str, tuple[NodeTiming, ...]] = {}
 
     def of(self, slot: CanSlot) -> tuple[NodeTiming, ...]:
-        """Those of this line's bus; of one without a name there are none."""
+        """The timings of such nodes on this line's bus; empty for a bus without a name."""
         name, bus = slot.can.info.bus, slot.can.bus
         if not isinstance(bus, CanBus) or not name:
             return ()
@@ -36,7 +36,7 @@ class Neighbours:
 
 
 class RateWatch:
-    """What has been reported of each bus."""
+    """The warnings that were given about each bus."""
 
     def __init__(self) -> None:
         self._controllers: set[Node] = set()  # of all CAN lines
@@ -44,19 +44,19 @@ class RateWatch:
         self._told: dict[str, list[str]] = {}
 
     def plugged(self, board: Board) -> None:
-        """Its lines are lines of the hub now."""
+        """Add the lines of this board to those of the hub."""
         self._controllers |= _controllers(board)
 
     def unplugged(self, board: Board) -> None:
-        """They are not any more."""
+        """Remove the lines of this board."""
         self._controllers -= _controllers(board)
 
     def others(self) -> Neighbours:
-        """Who takes part in buses without being a line of the hub, as it is now."""
+        """The nodes that take part in buses at present and are no lines of the hub."""
         return Neighbours(self._controllers)
 
     def news(self, bus: str, slots: Iterable[CanSlot]) -> list[str]:
-        """What is to be said of this bus; `slots` are the hub's CAN lines. Nothing of what was said the last time."""
+        """The warnings about this bus that are new since the last call; `slots` are the hub's CAN lines."""
         running = [slot for slot in slots if slot.can.info.bus == bus and slot.can.running]
         others = self.others()
         ways = (

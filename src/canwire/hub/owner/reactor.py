@@ -1,4 +1,4 @@
-"""A world's way to its engine's thread, for boards whose input comes from outside; the world is there before it."""
+"""Access to the engine's thread for boards with input from outside; the world exists before the engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class LaterReactor:
-    """Reactor: keeps what is asked of it until the engine is there, then hands everything on."""
+    """A Reactor that keeps calls until the engine exists, and then passes them on."""
 
     def __init__(self) -> None:
         self.used = False  # a board's input comes from outside
@@ -20,7 +20,7 @@ class LaterReactor:
         self._kept: list[Callable[[Reactor], object]] = []
 
     def attach(self, engine: Reactor) -> None:
-        """From now on; before the engine's thread runs."""
+        """Pass all calls on to this engine; call this before the engine's thread runs."""
         with self._lock:
             self._engine = engine
             kept, self._kept = self._kept, []

@@ -1,4 +1,4 @@
-"""Hardware ids of boards: which are taken, and the lowest that is free."""
+"""Hardware ids of boards: those in use, and the lowest free one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from canwire.errors import BadValue
 
 
 class Serials:
-    """Those of the boards that are plugged in; `reserved` ones are given to nobody who does not ask for them."""
+    """The ids of the boards that are plugged in; a `reserved` id is only used if it is requested."""
 
     def __init__(self, reserved: Iterable[str]) -> None:
         self._reserved = set(reserved)
@@ -19,23 +19,23 @@ class Serials:
         return serial in self._taken
 
     def check(self, serial: str) -> str:
-        """The same; raises BadValue for one that is plugged in."""
+        """Return this id; raises BadValue if a board with it is plugged in."""
         if serial in self._taken:
             raise BadValue(f"a board {serial} is plugged in already")
         return serial
 
     def free(self) -> str:
-        """The lowest number that nobody has."""
+        """The id with the lowest free number."""
         while (serial := f"HW{self._lowest:06}") in self._taken or serial in self._reserved:
             self._lowest += 1
         return serial
 
     def take(self, serial: str) -> None:
-        """A board with it was plugged in."""
+        """A board with this id was plugged in."""
         self._taken.add(serial)
 
     def give_back(self, serial: str) -> None:
-        """That board was pulled out."""
+        """The board with this id was pulled out."""
         self._taken.discard(serial)
         digits = serial.removeprefix("HW")
         if digits.isascii() and digits.isdigit() and f"HW{int(digits):06}" == serial:

@@ -1,4 +1,4 @@
-"""One client of a hub: what it holds, and how all of it is given back. No I/O."""
+"""One client of a hub: its leases, and how they end. No I/O."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _WORTH_WAITING = 16  # a receive queue for less than that overflows however pati
 
 
 class Session:
-    """Everything a client holds has a handle, a number that is only its own; `doorbell` is how it calls the hub.
+    """Each lease of a client has a handle, a number that no other lease has; the client signals `doorbell`.
 
-    It knows only what it holds. `answer` finds out what a request is answered with, `changed` is called when a channel
-    came or went; both come from entrance.py. `halts` is called at its signals where time is virtual,
-    `bells` give them where an engine rings those.
+    A session knows only its leases. `answer` answers a request, `changed` is called when a channel was opened or
+    closed; both come from entrance.py. In virtual time `halts` is called at signals to the client; with `bells`, an
+    engine gives the signals.
     """
 
     def __init__(
@@ -64,17 +64,17 @@ class Session:
         self._sending: list[CanLine] | None = None  # looked up at every ring of the doorbell
 
     def handle(self, request: m.Message) -> Answer | Deferred:
-        """What the request is answered with; raises CanwireError."""
+        """The answer to a request; raises CanwireError."""
         with enough(type(request).__name__):
             return self._answer(request, self)
 
     def close(self) -> None:
-        """Give everything back, each kind in its turn."""
+        """End all leases, in the order of Turn."""
         for handle in sorted(self._held, key=lambda handle: self._held[handle].turn):
             self.release(handle)
 
     def board_gone(self, board: int, text: str) -> None:
-        """Handles on this board are dead from now on."""
+        """Replace the objects of all handles on this board by Gone."""
         gone = [handle for handle, held in self._held.items() if held.is_on(board)]
         for handle in gone:
             self.release(handle)
@@ -84,7 +84,7 @@ class Session:
             self.notify(m.Gone(tuple(gone), text))
 
     def sending_lines(self) -> list[CanLine]:
-        """Lines on which this client has active channels that send."""
+        """The lines on which this client has active channels that send."""
         if self._sending is None:
             found: dict[int, CanLine] = {}
             for held in self.held(HeldChannel):
@@ -95,11 +95,11 @@ class Session:
 
     @property
     def listens(self) -> bool:
-        """It has a queue on a line, or waits for an answer that comes with a happening."""
+        """True if the client has a queue on a line, or waits for an answer that an event of the timeline gives."""
         return self._counts[HeldQueue.limit] > 0 or self._awaited > 0
 
     def await_answer(self, deferred: Deferred) -> None:
-        """One of its requests is answered later."""
+        """A request of this client is answered later."""
         self._awaited += 1
         deferred.on_done(self._answered)
 
@@ -107,12 +107,12 @@ class Session:
         self._awaited -= 1
 
     def channels_changed(self) -> None:
-        """One was activated, deactivated or given back."""
+        """A channel was activated, deactivated or closed."""
         self._sending = None
         self._changed()
 
     def receive_rings(self) -> list[Ring]:
-        """Receive queues of this client that frames go into, and that could take a few."""
+        """The receive queues of this client for frames, except very small ones."""
         return [
             held.channel.receive
             for held in self.held(HeldChannel)
@@ -121,22 +121,22 @@ class Session:
         ]
 
     def held(self, kind: type[Kind]) -> list[Kind]:
-        """What this client holds of a kind."""
+        """The leases of this client of one kind."""
         return [held for held in self._held.values() if isinstance(held, kind)]
 
     def check_room(self, kind: type[Held]) -> None:
-        """Raises LimitReached where this client has as many of a kind as one may have."""
+        """Raises LimitReached if this client has the largest permitted number of leases of this kind."""
         check_room(self.limits, kind.limit, self._counts[kind.limit], self.name)
 
     def hold(self, held: Held) -> int:
-        """A new handle for it."""
+        """A new handle for this lease."""
         self._counts[held.limit] += 1
         self._last_handle += 1
         self._held[self._last_handle] = held
         return self._last_handle
 
     def look_up(self, handle: int, kind: type[Kind]) -> Kind:
-        """The object of a handle; raises Unplugged, or NoSuchBoard for none or one of another kind."""
+        """The object of a handle; raises Unplugged, or NoSuchBoard if it does not exist or is of another kind."""
         held = self._held.get(handle)
         if isinstance(held, Gone) and kind is not object:
             raise Unplugged(held.text)
@@ -145,7 +145,7 @@ class Session:
         return held
 
     def release(self, handle: int) -> None:
-        """Give it back."""
+        """End the lease of this handle."""
         held = self._held.pop(handle)
         self._counts[held.limit] -= 1
         held.let_go()

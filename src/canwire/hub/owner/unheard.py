@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
 
 def unheard(world: World) -> bool:
-    """Programs are there, but none has a queue or awaits anything, and no board has a bus outside.
+    """True if programs are connected, none has a queue or waits for an event, and no board has a real bus.
 
-    What they ask finds the bus's time, since time is caught up with before anything is answered.
+    Answers to their requests are still exact, since the hub catches up with the time before it answers.
     """
     if world.reactor is None or world.reactor.used or not world.sessions:
         return False

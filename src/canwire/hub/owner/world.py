@@ -50,7 +50,7 @@ _LOW_WATER = 4  # a queue with less than its capacity by this much free holds up
 
 
 class World:
-    """What all sessions share. With `turns` its time is virtual, and that of all programs that take part."""
+    """The state that all sessions share. With `turns` it is in lockstep time with the programs that take part."""
 
     def __init__(
         self, config: Config, *, virtual: bool = False, bench: Bench | None = None, turns: Turns | None = None
@@ -95,7 +95,7 @@ class World:
     # sessions
 
     def close_session(self, session: Session) -> None:
-        """It has gone, whatever it held is free again; a second time does nothing."""
+        """End a session and all its leases; a second call has no effect."""
         if session in self.sessions:
             self.sessions.remove(session)
             session.close()
@@ -118,7 +118,7 @@ class World:
     # boards
 
     def infos(self) -> tuple[BoardInfo, ...]:
-        """Every board, in the order of plugging."""
+        """All boards, in the order of plugging."""
         return tuple(board.info for board in self.boards.values())
 
     def plug(
@@ -132,10 +132,10 @@ class World:
         port: str = "",
         options: ControllerOptions = USUAL,
     ) -> BoardInfo:
-        """Plug a board in; raises NoSuchBoard for its kind or buses, BadValue for a serial that is taken.
+        """Plug a board in; raises NoSuchBoard for an unknown kind or bus, BadValue for a serial that is in use.
 
-        `place` and `real` are for ISA boards, `port` is for adapters, `options` for those with ideal controllers
-        (catalogue.build); raises InUse where another board is.
+        `place` and `real` are for ISA boards, `port` is for adapters, `options` for boards with ideal controllers
+        (catalogue.build); raises InUse if another board has this place.
         """
         if port:
             check_unused(port, self.boards.values())
@@ -165,7 +165,7 @@ class World:
         return built.info
 
     def unplug(self, hardware_id: str) -> None:
-        """Pull a board out: handles on it are dead, and their holders get a notice. Raises NoSuchBoard."""
+        """Pull a board out: its handles become invalid, and their holders get a notice. Raises NoSuchBoard."""
         board = next((b for b in self.boards.values() if b.info.hardware_id == hardware_id), None)
         if board is None:
             there = ", ".join(info.hardware_id for info in self.infos()) or "none"
@@ -184,23 +184,23 @@ class World:
         self._changed()
 
     def board(self, board_id: int) -> Board:
-        """Raises NoSuchBoard."""
+        """The board with this id; raises NoSuchBoard."""
         try:
             return self.boards[board_id]
         except KeyError:
             raise NoSuchBoard(f"no board with id {board_id}; it may have been unplugged") from None
 
     def line_slot(self, board_id: int, line: int) -> LineSlot:
-        """A line of any kind and who holds it; raises NoSuchBoard."""
+        """A line of any kind with its holders; raises NoSuchBoard."""
         board = self.board(board_id)
         if (board_id, line) not in self.slots:
             raise NoSuchBoard(f"{board.info.hardware_id} has lines 0 to {len(board.lines) - 1}, not {line}")
         return self.slots[board_id, line]
 
     def slots_of(self, boards: Sequence[int]) -> list[tuple[tuple[int, int], LineSlot]]:
-        """All lines of these boards that are there, by board and line; raises BadValue for too many of them."""
+        """All lines of the existing ones of these boards, by board and line; raises BadValue for too many boards."""
         if len(boards) > _MOST_BOARDS:
-            raise BadValue(f"the lines of {len(boards)} boards: {_MOST_BOARDS} at once, at most")
+            raise BadValue(f"the lines of {len(boards)} boards: at most {_MOST_BOARDS} in one request")
         there = (self.boards[board] for board in boards if board in self.boards)
         places = [(board.info.id, line) for board in there for line in range(len(board.lines))]
         return [(place, self.slots[place]) for place in places]
@@ -220,31 +220,31 @@ class World:
         return found
 
     def short(self, name: str, shorted: bool) -> None:
-        """Short a CAN bus's two wires, or a LIN bus's one to ground; or take this short away. Raises NoSuchBoard."""
+        """Short the two wires of a CAN bus, or a LIN bus to ground; or remove this short. Raises NoSuchBoard."""
         if shorted:
             self.faults.shorts.put(name, self)
         else:
             self.faults.shorts.take(name, self)
 
     def look_at_rates(self, bus: str) -> None:
-        """A line was started on this bus, or a fault set: warn of lines that could not work together, once for each."""
+        """After a start of a line on this bus, or a fault: warn once about lines that could not work together."""
         slots = (slot for slot in self.slots.values() if isinstance(slot, CanSlot))
         for text in self.rates.news(bus, slots):
             self.warn(text)
 
     def next_luid(self) -> int:
-        """A number never given out before."""
+        """A new number, never returned before."""
         self._luid += 1
         return self._luid
 
     # for the hub's pace
 
     def look_anew(self) -> None:
-        """Somebody receives who did not, or the reverse: what was found about receive queues holds no longer."""
+        """A client has begun or ended to receive: discard the results about receive queues."""
         self.clear_until_ns = 0
 
     def healthy(self) -> bool:
-        """No bus repeats what nobody acknowledges, and no node babbles: fast time may run ahead of the clock."""
+        """True if no bus repeats unacknowledged frames and no node babbles: fast time may run ahead of the clock."""
         if self.faults.babbled():
             return False
         for bus in (*self._can_buses, *self.faults.stubs()):
@@ -255,7 +255,7 @@ class World:
         return True
 
     def stalled(self) -> bool:
-        """A receive queue is nearly full; its reader rings the doorbell when it has made room."""
+        """True if a receive queue is nearly full; its reader signals the doorbell when it has made room."""
         found = False
         for session in self.sessions:
             for ring in session.receive_rings():
@@ -266,7 +266,7 @@ class World:
         return found
 
     def horizon_ns(self) -> int:
-        """Bus time that can pass before any receive queue could overflow; NEVER where nobody receives."""
+        """Bus time that can pass before any receive queue could overflow; NEVER without receive queues."""
         room = [ring.free() for session in self.sessions for ring in session.receive_rings()]
         if not room:
             return NEVER
@@ -289,7 +289,7 @@ class World:
         self._can_buses.append(bus)
 
     def _identified(self, board_id: int, identity: Identity) -> None:
-        """An adapter has told what it is."""
+        """An adapter has reported its identity."""
         if (board := self.boards.get(board_id)) is not None:
             self.boards[board_id] = replace(board, info=identified(board.info, identity))
             self._changed()

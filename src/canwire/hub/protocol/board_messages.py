@@ -1,4 +1,4 @@
-"""Requests about many lines together, boards' chips, what goes past them, and notes of programs for each other."""
+"""Requests about many lines together, about chips and registers of boards, and about notes between programs."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from canwire.values.register import RegisterValue
 
 
 class GetLineStatuses(Message):
-    """-> LineStatuses: all CAN lines of these boards, 256 at most; a board that is not there is left out."""
+    """-> LineStatuses: all CAN lines of these boards, 256 boards at most; a board that does not exist is left out."""
 
     boards: tuple[int, ...]
 
 
 class GetRegisters(Message):
-    """-> Registers: those of a line's chip, read without side effects; none where the chip is an ideal one."""
+    """-> Registers: those of a line's chip, read without side effects; none for an ideal controller."""
 
     board: int
     line: int
 
 
 class KeepSettings(Message):
-    """-> Opened. A CAN or LIN line keeps its settings for as long as this is open."""
+    """-> Opened. A CAN or LIN line keeps its settings while this is open."""
 
     board: int
     line: int
@@ -38,7 +38,7 @@ class OpenShare(Message):
 
 
 class ReadRegister(Message):
-    """Control -> Number, with what reading the register does"""
+    """Control -> Number: the register's value, read with all side effects."""
 
     handle: int
     address: int
@@ -62,14 +62,14 @@ class Sleep(Message):
 
 
 class Annotate(Message):
-    """Control -> None: another note in the line's mode; the controller is left alone, channels hear CHANGED."""
+    """Control -> None: replace the note in the line's mode; channels get CHANGED, the controller is not affected."""
 
     handle: int
     note: bytes
 
 
 class HoldInterrupts(Message):
-    """-> None: keep the line's driver from serving its chip, or let it again."""
+    """-> None: stop the line's driver from serving its chip, or let it continue."""
 
     board: int
     line: int
@@ -77,14 +77,14 @@ class HoldInterrupts(Message):
 
 
 class PassOn(Message):
-    """Channel -> None: a frame's 80 bytes, as if it had come by the bus, for the line's other AS_BUS channels."""
+    """Channel -> None: a frame's 80 bytes, for the line's other AS_BUS channels, as if received from the bus."""
 
     handle: int
     record: bytes
 
 
 class SetNote(Message):
-    """-> None. It lies there until another takes its place, or its writer `leaves`; an empty one is taken away."""
+    """-> None. The note stays until it is replaced; with `leaves`, until its writer ends. An empty one removes it."""
 
     name: str
     value: bytes
@@ -92,13 +92,13 @@ class SetNote(Message):
 
 
 class GetNote(Message):
-    """-> Note, empty where there is none."""
+    """-> Note, empty if it does not exist."""
 
     name: str
 
 
 class ListNotes(Message):
-    """-> Notes: those whose names begin so."""
+    """-> Notes: those whose names begin with the prefix."""
 
     prefix: str
 
@@ -108,7 +108,7 @@ class Notes(Message):
 
 
 class LineStatuses(Message):
-    """Each with its board and its number there."""
+    """Each status with its board and line number."""
 
     values: tuple[tuple[int, int, LineStatus], ...]
 

@@ -1,4 +1,4 @@
-"""What a client asks of a channel that is set up already."""
+"""Requests to a channel that is already set up."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class ReplaceFilters(Message):
 
 
 class CountRefused(Message):
-    """Channel -> None; so many frames its client could not queue for want of room in its queue."""
+    """Channel -> None: this many frames of the client found no room in its queue."""
 
     handle: int
     count: int

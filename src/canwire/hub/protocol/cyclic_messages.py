@@ -1,4 +1,4 @@
-"""What a client asks of a line's cyclic transmit list."""
+"""Requests to the cyclic transmit list of a line."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class AddCyclic(Message):
 
 
 class ReplaceCyclic(Message):
-    """Scheduler -> None: another frame, in the same ticks."""
+    """Scheduler -> None: replace the frame; the ticks stay the same."""
 
     handle: int
     index: int

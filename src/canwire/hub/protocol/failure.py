@@ -1,4 +1,4 @@
-"""What went wrong with a request, for the client: an error of errors.py as a message and back."""
+"""Converts an error of errors.py to a message for the client, and back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.hub.protocol.messages import Failed
 
 
 def failed(error: CanwireError) -> Failed:
-    """An error as the client gets it: errors.py's class by its name, and the text."""
+    """The message for an error: the name of its class in errors.py, and its text."""
     return Failed(type(error).__name__, str(error))
 
 

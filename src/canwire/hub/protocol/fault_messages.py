@@ -1,6 +1,6 @@
-"""Faults on a hub's buses: what can go wrong, and what is asked and told of it.
+"""Faults on a hub's buses: their values, requests and replies.
 
-A fault is a value; `Fault` are all there are, those of docs/faults.md. Lines are named as everywhere: "HW000001:1".
+A fault is a value; `Fault` is the union of all of them, those of docs/faults.md. Lines have names like "HW000001:1".
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from canwire.hub.protocol.message import Message
 
 
 class HubPlace(Message):
-    """A place on the wire, bus/can/faults/places.py's; `line` is whose bits count, "": the sender's."""
+    """A place on the wire (bus/can/faults/places.py); the bits of `line` are counted, "": those of the sender."""
 
     part: str
     bit: int = 1
@@ -35,13 +35,13 @@ class Flip(Message):
 
 
 class Noise(Message):
-    """Everybody reads bits wrong with this probability."""
+    """Every node reads each bit wrong with this probability."""
 
     bit_error_rate: float
 
 
 class Hold(Message):
-    """A level is held; `bits` None: as long as the fault is there."""
+    """A level is held; `bits` None: until the fault ends."""
 
     level: str
     at: At
@@ -51,7 +51,7 @@ class Hold(Message):
 
 
 class Play(Message):
-    """One level a bit."""
+    """A sequence of levels, one for each bit."""
 
     levels: str
     at: At
@@ -60,7 +60,7 @@ class Play(Message):
 
 
 class Glitch(Message):
-    """A level for less than a bit, or more."""
+    """A level is forced for a time, shorter or longer than a bit."""
 
     level: str
     at: At
@@ -71,7 +71,7 @@ class Glitch(Message):
 
 
 class MoveEdge(Message):
-    """An edge of a frame comes late, or early."""
+    """An edge of a frame is late, or early."""
 
     quanta: int
     at: HubPlace
@@ -81,13 +81,13 @@ class MoveEdge(Message):
 
 
 class Short(Message):
-    """The wires touch, or a LIN bus's wire touches "ground" or the "supply"."""
+    """The wires are shorted; on a LIN bus, the wire to "ground" or to the "supply"."""
 
     to: str = "ground"
 
 
 class Disconnect(Message):
-    """A line's plug is pulled."""
+    """A line is disconnected from the bus."""
 
     line: str
 
@@ -122,7 +122,7 @@ class Babble(Message):
 
 
 class LinFrames(Message):
-    """Headers or responses of a LIN bus: `kind` is the method of bus/lin/faults.py, `numbers` its own arguments."""
+    """A fault of a LIN bus's headers or responses: `kind` is a method of bus/lin/faults.py, `numbers` its arguments."""
 
     kind: str
     numbers: tuple[int, ...]
@@ -136,7 +136,7 @@ Fault = (
 
 
 class GetBus(Message):
-    """-> BusFound. Raises NoSuchBoard, or Unsupported for a real adapter's bus, which no hub can disturb."""
+    """-> BusFound. Raises NoSuchBoard, or Unsupported for the bus of a real adapter, which a hub cannot disturb."""
 
     bus: str
 
@@ -176,7 +176,7 @@ class CancelFault(Message):
 
 
 class ListFaults(Message):
-    """-> FaultList: all programs' faults there, those that are over and not given back yet included."""
+    """-> FaultList: the faults of all programs on this bus, including those that are over and not yet closed."""
 
     bus: str
 
@@ -189,11 +189,11 @@ class ClearFaults(Message):
 
 
 class FaultInfo(msgspec.Struct, array_like=True, frozen=True):
-    """A fault as everybody sees it.
+    """The description and state of a fault, for all programs.
 
-    `text` says what it is, `setter` who set it. `struck` counts frames disturbed, levels forced, frames babbled, bits
-    inverted by noise, or 1 for what simply is so. `times_left` is None without end. `over` says why it ended, ""
-    while it has not. `set_ns` is the hub's time.
+    `text` describes it, `setter` names the program that set it. `struck` counts frames disturbed, levels forced, frames
+    babbled or bits inverted by noise; it is 1 for a lasting condition. `times_left` is None without a limit. `over` is
+    the reason for its end, "" until then. `set_ns` is in the hub's time.
     """
 
     number: int

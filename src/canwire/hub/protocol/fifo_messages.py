@@ -1,4 +1,4 @@
-"""FIFOs that programs share through the hub: what is asked and answered."""
+"""Requests and replies about FIFOs that programs share through the hub."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client asks about LIN lines, and what it gets back; messages.py has them among all others."""
+"""Requests and replies about LIN lines; messages.py includes them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class GetLinStatus(Message):
 
 
 class GetLinStatuses(Message):
-    """-> LinStatuses: the LIN lines of these boards, as GetLineStatuses has CAN lines."""
+    """-> LinStatuses: the LIN lines of these boards, like GetLineStatuses for CAN lines."""
 
     boards: tuple[int, ...]
 
@@ -33,8 +33,8 @@ class InitialiseLin(Message):
 
 
 class WriteLin(Message):
-    """Control of a LIN line -> None. `record` is a frame's (values/lin/record.py); not to `send` it means to answer
-    with it from now on."""
+    """Control of a LIN line -> None. `record` is that of a frame (values/lin/record.py). With `send` it is sent now,
+    else it answers its header from now on."""
 
     handle: int
     record: bytes
@@ -49,7 +49,7 @@ class WakeLin(Message):
 
 
 class RunSchedule(Message):
-    """Control of a LIN line -> None. `rounds` 0: no limit; without a `schedule` the one that runs ends."""
+    """Control of a LIN line -> None. `rounds` 0: no limit; without a `schedule`, the running one ends."""
 
     handle: int
     schedule: LinSchedule | None
@@ -57,7 +57,7 @@ class RunSchedule(Message):
 
 
 class ConfigureLin(Message):
-    """Control of a LIN line -> None: a slave that answers node configuration from now on, as LinNodeAttributes say."""
+    """Control of a LIN line -> None: the slave answers node configuration from now on, by LinNodeAttributes."""
 
     handle: int
     product: LinProduct
@@ -72,7 +72,7 @@ class ConfigureLin(Message):
 
 
 class GetLinConfiguration(Message):
-    """Control of a LIN line -> LinConfiguration; with `power_up` a configured slave has what was saved last before."""
+    """Control of a LIN line -> LinConfiguration; with `power_up` the slave first restores what was saved last."""
 
     handle: int
     power_up: bool
@@ -112,7 +112,7 @@ class GetMonitorStatus(Message):
 
 
 class LinLineState(Message):
-    """`control_holder` "" is nobody; `exclusive`: a monitor has the line for itself."""
+    """`control_holder` is "" if no program has the control; `exclusive`: a monitor uses the line exclusively."""
 
     status: LinLineStatus
     control_holder: str
@@ -120,13 +120,13 @@ class LinLineState(Message):
 
 
 class LinStatuses(Message):
-    """Each with its board and its number there."""
+    """Each status with its board and line number."""
 
     values: tuple[tuple[int, int, LinLineState], ...]
 
 
 class LinConfiguration(Message):
-    """A configured slave's NAD, and the identifiers of its frames by index (None: unassigned)."""
+    """The NAD of a configured slave, and the identifiers of its frames by index (None: unassigned)."""
 
     nad: int
     frames: dict[int, int | None]

@@ -1,4 +1,4 @@
-"""The seam between a client's handles and its hub: in this process or behind a socket."""
+"""The interface between a client's handles and its hub, in this process or in another one."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Listener = Callable[[Message | None], None]
 class Link(Protocol):
     """One client's connection.
 
-    `call` may be used from any thread; it raises what the hub raised, or HubLost once the hub is gone, within
-    200 ms (2 s between machines) and for calls that wait too. Notices come on a thread of the link's own, each
-    listener is called for every one; after the hub is gone, once more with None.
+    Any thread may use `call`. It raises what the hub raised. Once the hub is gone, it raises HubLost within 200 ms (2 s
+    between machines), also in calls that are waiting. A separate thread of the link calls each listener for every
+    notice; after the hub is gone, once more with None.
     """
 
     copies: bool  # rings here are copies of the hub's, which are elsewhere
@@ -28,21 +28,21 @@ class Link(Protocol):
     address: str  # of the socket, or on the network; "" in this process
 
     def call(self, request: Message) -> Answer:
-        """Ask and wait for the answer."""
+        """Send a request and wait for the reply."""
 
     def listen(self, listener: Listener) -> None:
         """Pass on notices: BoardsChanged, Gone, None."""
 
     @property
     def lost(self) -> bool:
-        """The hub is gone."""
+        """True once the hub is gone."""
 
     @property
     def doorbell(self) -> EventDescriptor:
-        """What tells the hub of frames in this client's transmit queues; the link keeps it."""
+        """The event that signals frames in this client's transmit queues to the hub; the link owns it."""
 
     def stir(self) -> None:
-        """Have this program's threads look again at what they wait for; without a lock and without waiting."""
+        """Make this program's threads check again what they wait for, without a lock and without waiting."""
 
     def close(self) -> None:
-        """Give back everything held; a second time does nothing."""
+        """End all leases; a second call has no effect."""

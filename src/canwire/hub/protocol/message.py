@@ -1,4 +1,4 @@
-"""What all messages between a client and its hub have in common."""
+"""The base class of all messages between a client and its hub."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ import msgspec
 
 
 class Message(msgspec.Struct, tag=True, array_like=True, forbid_unknown_fields=True):
-    """Anything on the wire."""
+    """A message between a client and its hub."""

@@ -1,9 +1,9 @@
-"""What a client asks of its hub, and what it gets back, as values and as bytes.
+"""Requests of a client to its hub, and the replies, as values and as bytes.
 
 On the wire: a length (4 bytes, little-endian), then msgpack of [serial, message]. A client's first message is `Hello`;
 every request gets one `Reply` or `Failed` with its serial, in any order; serial 0 is a notice. Descriptors (memory,
-events) travel beside the reply that counts them. Lengths above the bounds, unknown messages and fields of a wrong type
-raise BadMessage, and their receiver closes the connection. `kin` is always the interface that a program speaks.
+events) travel with the reply that counts them. Lengths above the bounds, unknown messages and fields of a wrong type
+raise BadMessage, and their receiver closes the connection. `kin` is always the interface that a program uses.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ LENGTH = struct.Struct("<I")
 
 
 class Hello(Message):
-    """-> Welcome. `name` is shown to others where this client holds something."""
+    """-> Welcome. Other programs see `name` with each lease of this client."""
 
     version: int
     pid: int
@@ -113,14 +113,14 @@ class ListBoards(Message):
 
 
 class Watch(Message):
-    """-> None; from now on a BoardsChanged notice follows every change of the list."""
+    """-> None; a BoardsChanged notice follows every later change of the list."""
 
 
 class Plug(Message):
-    """-> BoardInfo. `serial` "" chooses one; `buses` names one bus a line, () takes the kind's default.
+    """-> BoardInfo. With `serial` "" the hub chooses one; `buses` names a bus for each line, (): the kind's default.
 
-    An ISA board goes where `base`, `irq` and `shared_irq` say, None as delivered. `port` is where an adapter is.
-    A `temporary` one is pulled out when this client is gone.
+    `base`, `irq` and `shared_irq` are for an ISA board, None: as delivered. `port` is the place of an adapter. A
+    `temporary` board is pulled out when this client is gone.
     """
 
     kind: str
@@ -177,14 +177,14 @@ class GetLineStatus(Message):
 
 
 class Initialise(Message):
-    """Control -> None; deferred while the line looks for its bit rate."""
+    """Control -> None; deferred while the line searches for its bit rate."""
 
     handle: int
     mode: LineMode
 
 
 class Start(Message):
-    """Control -> None; with `abort_pending` everything queued on the line is given up before."""
+    """Control -> None; with `abort_pending`, frames queued on the line are discarded before."""
 
     handle: int
     abort_pending: bool = False
@@ -197,7 +197,7 @@ class Stop(Message):
 
 
 class Recover(Message):
-    """-> None: a line in bus-off returns to the bus; any client with something open on it may request this."""
+    """-> None: a line in bus-off returns to the bus; any client with a lease on the line may request this."""
 
     board: int
     line: int
@@ -211,7 +211,7 @@ class Reset(Message):
 
 
 class Detect(Message):
-    """Control -> Number: the place of the first rate (nominal, data or None) that the bus speaks."""
+    """Control -> Number: the index of the first rate (nominal, data or None) that is the rate of the bus."""
 
     handle: int
     candidates: tuple[tuple[BitTiming, BitTiming | None], ...]
@@ -228,7 +228,7 @@ class GetFilterMode(Message):
 
 
 class SetFilterMode(Message):
-    """Control or channel -> Number: the mode before."""
+    """Control or channel -> Number: the previous mode."""
 
     handle: int
     extended: bool
@@ -262,7 +262,7 @@ class SetUpChannel(Message):
 
 
 class Activate(Message):
-    """Channel -> LineState, monitor -> LinLineState: the line at that moment, but for the hub's lateness (0)."""
+    """Channel -> LineState, monitor -> LinLineState: the line at that moment; the hub's lateness is 0."""
 
     handle: int
     active: bool
@@ -275,18 +275,18 @@ class GetChannelStatus(Message):
 
 
 class CancelQueued(Message):
-    """Channel -> Number of frames given up; without `loaded` those in the controller stay."""
+    """Channel -> Number of frames discarded; without `loaded`, frames in the controller stay."""
 
     handle: int
     loaded: bool = True
 
 
 class CreateLuid(Message):
-    """-> Number, never given out before."""
+    """-> Number, never returned before."""
 
 
 class Disturb(Message):
-    """-> None: short a bus's wires, or take the short away."""
+    """-> None: short the wires of a bus, or remove the short."""
 
     bus: str
     shorted: bool
@@ -294,7 +294,7 @@ class Disturb(Message):
 
 class Advance(Message):
     """-> Number: the time in ns. Lets `span_ns` of virtual time pass, less if one of this client's events is
-    signalled first; in real and fast time it only tells the time."""
+    signalled first; in real and fast time it only returns the time."""
 
     span_ns: int
 
@@ -315,7 +315,7 @@ Request = (
 
 
 class Done(Message):
-    """Nothing to tell."""
+    """A reply without a result."""
 
 
 class Number(Message):
@@ -330,7 +330,7 @@ class Welcome(Message):
 
 
 class Boards(Message):
-    """In the order of their ids; `more`: ask again, after the last of these."""
+    """Boards in the order of their ids; `more`: further boards follow the last one."""
 
     boards: tuple[BoardInfo, ...]
     more: bool = False
@@ -345,7 +345,7 @@ class Opened(Message):
 
 
 class ChannelOpened(Message):
-    """What a channel really got, in frames."""
+    """The actual sizes of a channel's queues, in frames."""
 
     receive: int
     transmit: int
@@ -374,11 +374,11 @@ class Failed(Message):
 
 
 class BoardsChanged(Message):
-    """A board came or went."""
+    """A board was plugged in or out."""
 
 
 class Gone(Message):
-    """These handles are dead: their board was unplugged."""
+    """These handles are invalid: their board was unplugged."""
 
     handles: tuple[int, ...]
     text: str
@@ -439,7 +439,7 @@ if not TYPE_CHECKING:
 
 
 def encode_request(serial: int, request: Message) -> bytes:
-    """Bytes to send; raises BadValue for what no hub would take: wrong types, numbers too large, too much."""
+    """Bytes to send; raises BadValue for a request that no hub accepts: wrong types, too large numbers, too long."""
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
         _decoded(_requests_of(type(request)), message[LENGTH.size :], "request")
@@ -479,7 +479,7 @@ def _framed(message: Any, largest: int) -> bytes:
 
 
 class Inbox:
-    """Bytes from a stream in, whole payloads out, however they were cut."""
+    """Splits the bytes of a stream into whole payloads."""
 
     def __init__(self, largest: int) -> None:
         self._largest = largest

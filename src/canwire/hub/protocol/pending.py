@@ -1,4 +1,4 @@
-"""A result that another thread brings."""
+"""A result that another thread sets."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _LOOK_S = 1.0  # a signal that comes in the moment before the wait begins is hea
 
 
 class Pending(Generic[Result]):
-    """One thread waits in `result`, another one settles it: with a result or an exception, and the first counts.
+    """One thread waits in `result`; another one settles it with a result or an exception. Only the first one counts.
 
-    The wait is for a bare lock: a signal that raises in the middle of a threading.Event's wait may leave that locked,
-    and the thread that settles it would never return.
+    The wait uses a bare lock: a signal that raises in the middle of a threading.Event's wait may leave the Event
+    locked, and then the thread that settles it would never return.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class Pending(Generic[Result]):
         return self._done
 
     def settle(self, result: Result) -> bool:
-        """False if it was settled before: the result is still the caller's then."""
+        """Set the result. False if it was settled before; the caller then still owns the result."""
         with self._lock:
             if self._done:
                 return False
@@ -41,7 +41,7 @@ class Pending(Generic[Result]):
         return True
 
     def fail(self, error: BaseException) -> bool:
-        """False if it was settled before."""
+        """Set an exception. False if it was settled before."""
         with self._lock:
             if self._done:
                 return False
@@ -51,7 +51,7 @@ class Pending(Generic[Result]):
         return True
 
     def when_settled(self, told: Callable[[], object]) -> None:
-        """Call this once, in the thread that settles it, or now if it is settled; `result` waits no more then."""
+        """Call `told` once: in the thread that settles it, or now if it is settled; `result` does not wait then."""
         with self._lock:
             if not self._done:
                 self._told = told

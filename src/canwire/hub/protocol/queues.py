@@ -1,4 +1,4 @@
-"""Where a channel's queues lie in the one memory that hub and client share."""
+"""The places of a channel's queues in the memory that hub and client share."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ _LINE = 64  # bytes of a cache line: what two processes write never shares one
 
 
 def transmit_offset(receive: int) -> int:
-    """The byte at which the transmit ring begins: behind a receive ring for so many frames."""
+    """The byte at which the transmit ring begins: after a receive ring for this many frames."""
     return -(-ring_size(rounded_capacity(receive)) // _LINE) * _LINE

@@ -1,4 +1,4 @@
-"""The roles in which a client opens a FIFO: to look at it, or as one of its two ends."""
+"""The roles in which a client opens a FIFO: to monitor it, or as one of its two ends."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Requests of programs in lockstep time: to take part, to wait until a time, and to read the state.
 
-A thread of a program takes part. It is known by its program (a word that all connections of one process share) and its
-number in there, whichever connection it asks through.
+A thread of a program takes part. Its identity is its program (a word that all connections of one process share) and its
+number in the program, on whichever connection it calls.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from canwire.values.frozen import dataclass
 
 
 class JoinTime(Message):
-    """-> Joined, at this thread's turn: no sooner than everybody is there who is expected. `name` says its place.
+    """-> Joined, at this thread's turn, once all expected programs have joined. `name` decides its place.
 
-    `process` says for people which one it is, where the connection does not: on another machine.
+    `process` describes the process for display, if the connection does not: on another machine.
     """
 
     program: str
@@ -25,8 +25,8 @@ class JoinTime(Message):
 class AwaitTurn(Message):
     """-> Number: the time in ns, at this thread's turn.
 
-    That comes at `until_ns`, or once something is signalled to this program, or a program stirs. A thread that the hub
-    does not know yet takes part from now on. An earlier one of the same thread is answered immediately.
+    The turn comes at `until_ns`, at a signal to this program, or when a program stirs. A thread that the hub does not
+    know yet takes part from now on. An earlier request of the same thread is answered immediately.
     """
 
     thread: int
@@ -34,17 +34,17 @@ class AwaitTurn(Message):
 
 
 class LeaveTime(Message):
-    """-> None: time does not wait for this thread any more; for one that takes no part, nothing happens."""
+    """-> None: time no longer waits for this thread; no effect for a thread that takes no part."""
 
     thread: int
 
 
 class Stir(Message):
-    """-> None: everybody who waits looks again, each in its turn at this very instant."""
+    """-> None: all waiting threads check again, each at its turn at this instant."""
 
 
 class SetPace(Message):
-    """-> None: from now on so many seconds pass in one of the wall clock; 0: as many as can."""
+    """-> None: from now on, this many seconds pass in one second of the clock; 0: as many as possible."""
 
     factor: float
 
@@ -54,9 +54,9 @@ class GetTime(Message):
 
 
 class Joined(Message):
-    """`hub` tells hubs apart, whatever address they have.
+    """`hub` identifies the hub, at whichever address.
 
-    With descriptors where memory can be shared: this thread's page (turn_page.py), and the event of its turns.
+    With descriptors if memory can be shared: this thread's page (turn_page.py), and the event of its turns.
     """
 
     hub: str
@@ -65,9 +65,9 @@ class Joined(Message):
 
 @dataclass(frozen=True, slots=True)
 class TimedProgram:
-    """One thread that takes part: `until_ns` is what it waits for (None: for a signal alone), where it `waits`.
+    """One thread that takes part. If it `waits`, it does so until `until_ns` (None: until a signal).
 
-    `name` has the process's number in it.
+    `name` contains the number of the process.
     """
 
     name: str
@@ -77,9 +77,9 @@ class TimedProgram:
 
 
 class TimeState(Message):
-    """One time for many programs: in the order of their turns; `standstill` says why time does not pass, or "".
+    """Lockstep time: the programs in the order of their turns; `standstill` says why time does not pass, or "".
 
-    `pace`: how many seconds pass in one of the wall clock, 0: as many as can.
+    `pace`: how many seconds pass in one second of the clock, 0: as many as possible.
     """
 
     now_ns: int

@@ -10,7 +10,7 @@ from canwire.platform import EventDescriptor, close_descriptors, map_memory
 
 
 class TurnWait:
-    """`ring` tells the hub that there is something to look at. Takes over the descriptors of m.Joined."""
+    """`ring` signals the hub to read the page. The TurnWait owns the descriptors of m.Joined."""
 
     def __init__(self, ring: Callable[[], object], memory: int, *event: int) -> None:
         self._ring = ring
@@ -33,14 +33,14 @@ class TurnWait:
         return words.now_ns()
 
     def stir(self) -> None:
-        """The program's other threads look again; the hub still needs a message."""
+        """Make the program's other threads check again; the hub still needs a message."""
         if self._waiter == threading.get_ident():
             self._words.stir()
         else:
             self._words.call()
 
     def end(self) -> None:
-        """The connection has ended: threads that wait need not any longer."""
+        """The connection has ended: end all waits."""
         self._over = True
         self._event.signal()
 
@@ -53,7 +53,7 @@ class TurnWait:
         return asked
 
     def rest(self) -> None:
-        """Until the hub gave a turn, or the end: in one thread only."""
+        """Wait until the hub gives a turn, or until the end; in one thread only."""
         self._event.rest()
 
     def given(self, asked: int) -> int | None:

@@ -1,6 +1,6 @@
-"""ACAN for programs in C: what libacan asks of canwire.acan.api, whose rules and answers these are.
+"""ACAN for programs in C: answers libacan's calls by canwire.acan.api, which defines the rules and the results.
 
-A result is 0, or 1 for a failure. ../acanapi/acan_core.h has the same forms in C.
+A result is 0, or 1 for a failure. ../acanapi/acan_core.h has the same formats in C.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class AcanAnswers:
             return _FAILED
 
     def init(self, number: int, data: bytes) -> Reply:
-        """ACAN_Init; the driver is another one where that of before is lost."""
-        anew = api.ACAN_GetDriverVersion() == 0
+        """ACAN_Init; it starts another driver if the previous one is lost."""
+        is_new = api.ACAN_GetDriverVersion() == 0
         version = api.ACAN_Init()
-        if anew:
+        if is_new:
             self._forget()
-        return Reply(0, version, _NEW_LIBRARY.pack(os.getpid(), anew))
+        return Reply(0, version, _NEW_LIBRARY.pack(os.getpid(), is_new))
 
     def get_driver_version(self, number: int, data: bytes) -> Reply:
         return Reply(0, api.ACAN_GetDriverVersion())
@@ -60,7 +60,7 @@ class AcanAnswers:
         return Reply(0, api.ACAN_BusControl(int.from_bytes(data, "little")))
 
     def register(self, number: int, data: bytes) -> Reply:
-        """The block's number, and what the driver keeps of it."""
+        """Reply with the block's number and the driver's fields of the block."""
         block = Block(self._blocks, data)
         if not api.ACAN_Register(block.fields):
             return _FAILED
@@ -84,7 +84,7 @@ class AcanAnswers:
         return _succeeded(bool(message) and api.ACAN_SendMessage(ACANMB.unpack(message), priority))
 
     def retrieve_messages(self, number: int, data: bytes) -> Reply:
-        """How many, what the driver keeps of the block, and the messages."""
+        """Reply with the number of messages, the driver's fields of the block, and the messages."""
         fields = (block := self._objects.get(number, Block)).fields
         count, given = _BUFFER.unpack(data)
         fields.wCount = min(count, _MOST_MESSAGES)
@@ -95,12 +95,12 @@ class AcanAnswers:
         return Reply(0, got, block.shown() + bytes(buffer[: got * ACANMBSZ]))
 
     def wait(self, number: int, data: bytes) -> Reply:
-        """Blocks that have changed since the last time, or a failure once ACAN_Exit was called."""
+        """Reply with the blocks that have changed since the last call; with a failure after ACAN_Exit."""
         changed = self._blocks.wait()
         return _FAILED if changed is None else Reply(data=changed)
 
     def moved(self, number: int, data: bytes) -> Reply:
-        """What the block's channels have received."""
+        """Reply with the data that the block's channels have received."""
         return Reply(data=self._objects.get(number, Block).take_moved())
 
     def exit(self, number: int, data: bytes) -> Reply:

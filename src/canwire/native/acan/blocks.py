@@ -1,6 +1,6 @@
-"""Task blocks of a program in C: what the driver changes in them is told to a thread of the program, which writes it.
+"""Task blocks of a program in C: a thread of the program receives the driver's changes and writes them.
 
-So nothing but the program writes to its memory, and only while the block is registered there.
+So only the program itself writes to its memory, and only while the block is registered.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MOST = 60_000  # bytes of one answer
 
 
 class Blocks:
-    """Those of a program, and which of them have changed since it was told last."""
+    """The blocks of a program, and which of them have changed since the last report to it."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -30,7 +30,7 @@ class Blocks:
         self._over = False
 
     def touched(self, block: Block) -> None:
-        """The caller holds `changed`."""
+        """A block has changed; the caller holds `changed`."""
         self._dirty[block] = None
         self.changed.notify_all()
 
@@ -44,7 +44,7 @@ class Blocks:
             self.changed.notify_all()
 
     def wait(self) -> bytes | None:
-        """Until some have changed; None once it is over."""
+        """Wait until blocks have changed and return them; None after `end`."""
         with self.changed:
             self.changed.wait_for(lambda: self._over or self._ready())
             if self._over:
@@ -63,10 +63,10 @@ class Blocks:
 
 
 class Block:
-    """One of them: its structure here, and what the program is to be told of it."""
+    """One task block: its structure in this process, and the changes to report to the program."""
 
     def __init__(self, blocks: Blocks, data: bytes) -> None:
-        """`data` as the program describes it: _HEAD, and a _FILTER for each."""
+        """`data` is the program's description of the block: _HEAD, and a _FILTER for each identifier."""
         process, _, size, room, conditions, count = _HEAD.unpack_from(data)
         self.number = 0
         self._blocks = blocks
@@ -84,37 +84,37 @@ class Block:
         self.fields.on_change = self._changed
 
     def set(self) -> None:
-        """As the event that is notified."""
+        """Notify the program: the block is the event that ACAN sets."""
         with self._blocks.changed:
             self._notified = True
             self._blocks.touched(self)
 
     def moved(self, channel: int, data: bytes) -> None:
-        """A channel has received that."""
+        """A channel has received this data."""
         with self._blocks.changed:
             before = self._moved.get(channel, b"")
             self._moved[channel] = data + before[len(data) :]
             self._blocks.touched(self)
 
     def numbered(self, number: int) -> bytes:
-        """Registered by this number; what is shown of it."""
+        """The block was registered with this number; returns its fields."""
         with self._blocks.changed:
             self.number = number
             self._blocks.changed.notify_all()
             return self._show()
 
     def shown(self) -> bytes:
-        """What the driver keeps of it."""
+        """The driver's fields of the block."""
         with self._blocks.changed:
             return self._show()
 
     def taken(self) -> bytes:
-        """The same, and whether the application is to be told; the caller holds the lock of `changed`."""
+        """The same, and whether the application is to be notified; the caller holds the lock of `changed`."""
         notified, self._notified = self._notified, False
         return self._show(notified)
 
     def take_moved(self) -> bytes:
-        """What channels have received since the last time."""
+        """The data that channels have received since the last call."""
         with self._blocks.changed:
             moved, self._moved = self._moved, {}
         return b"".join(_CHANNEL.pack(index, len(data), data) for index, data in moved.items())
@@ -142,7 +142,7 @@ class Block:
 
 
 class Variable(Elsewhere):
-    """A channel's bytes in the program."""
+    """The bytes of a channel in the memory of the program."""
 
     def __init__(self, block: Block, index: int, process: int, address: int, length: int) -> None:
         self._block, self._index = block, index

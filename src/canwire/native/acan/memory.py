@@ -1,6 +1,6 @@
-"""Bytes of a channel that sends, out of the program's memory at the moment when they are asked for.
+"""Reads the bytes of a sending channel from the program's memory when they are needed.
 
-Linux lets this process read there, since the program has said so (prctl's PR_SET_PTRACER in ../acanapi/register.c).
+Linux permits this because the program allows it by prctl's PR_SET_PTRACER (../acanapi/register.c).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _process_vm_readv() -> Callable[..., int]:
 
 
 def read_memory(process: int, address: int, length: int) -> bytes:
-    """So many bytes from there; none where that memory is gone, or may not be read."""
+    """This many bytes from this address; empty if the memory is gone or may not be read."""
     into = ctypes.create_string_buffer(max(length, 1))
     here = _Piece(ctypes.addressof(into), length)
     there = _Piece(address, length)

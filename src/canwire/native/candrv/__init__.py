@@ -1,6 +1,6 @@
-"""CANDRV for programs in C: what libcandrv asks of canwire.candrv.win32, whose rules and error codes these are.
+"""CANDRV for programs in C: answers libcandrv's calls by canwire.candrv.win32, which defines rules and error codes.
 
-A result is what GetLastError says, 0 for success; an object's number is the handle's there.
+A result is the value for GetLastError, 0 for success; the number of an object is that of its handle.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""CAN_PROPERTIES with the TCHAR of a program on Linux: char, or wchar_t of four bytes; canwire.candrv has UTF-16.
+"""CAN_PROPERTIES with the TCHAR of a program on Linux, char or wchar_t of four bytes; canwire.candrv uses UTF-16.
 
-Which of them it is shows in the structure's size.
+The size of the structure shows which type the program uses.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ _ENCODINGS = {
 
 
 def is_of_c(size: int) -> bool:
-    """Whether a structure of that many bytes is one of those."""
+    """True if a structure of this many bytes uses one of these types."""
     return size in _ENCODINGS
 
 
 def as_in_c(data: bytes, size: int) -> bytes:
-    """The same properties in that many bytes."""
+    """The same properties as a structure of this many bytes."""
     encoding, width = _ENCODINGS[size]
     name = CAN_PROPERTIES.unpack(data).device_name.encode(encoding)
     return data[:_NAME] + name[: (_UNITS - 1) * width].ljust(_UNITS * width, b"\0") + data[_AFTER:]

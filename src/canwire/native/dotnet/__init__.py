@@ -1,6 +1,7 @@
-"""The assemblies Ixxat.Vci4 and Ixxat.Vci3 for programs in .NET: their sources are here, and compiled when asked for.
+"""The assemblies Ixxat.Vci4 and Ixxat.Vci3 for programs in .NET: their sources, and their compilation on demand.
 
-contract/ is what programs see, classes/ what does it, core/ how libvciapi is called. docs/native.md is for their users.
+contract/ has the public interfaces, classes/ their implementation, core/ the calls of libvciapi. docs/native.md is for
+users.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _CONTRACT = ("contract", "contract/can", "contract/lin")
 
 @dataclass(frozen=True)
 class _Assembly:
-    """What one is compiled of: folders of this one, and other assemblies."""
+    """What an assembly is compiled from: subfolders of this folder, and other assemblies."""
 
     name: str
     version: str
@@ -42,14 +43,14 @@ NAMES = tuple(f"{one.name}.dll" for one in _ASSEMBLIES)
 
 
 def source_directory() -> str:
-    """Where the sources are, with a project of .NET Standard 2.0 for each assembly."""
+    """The directory with the sources, with a project of .NET Standard 2.0 for each assembly."""
     return str(_HERE)
 
 
 def assembly_directory() -> str:
-    """Where the compiled assemblies are: a folder of this user's, filled by Mono's compiler when it is asked for first.
+    """The user's directory with the compiled assemblies; the first call compiles them with Mono's compiler.
 
-    Raises Unsupported where the native libraries or a compiler are missing, or the compiler refuses.
+    Raises Unsupported if the native libraries or a compiler are missing, or if the compiler fails.
     """
     made = os.path.join(state_directory(), "dotnet", _key(library_directory()))
     if not os.path.isdir(made):

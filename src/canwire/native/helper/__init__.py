@@ -1,1 +1,1 @@
-"""The process beside a program in C: it holds the connection to the hub, and answers what is asked seldom."""
+"""The helper process of a program in C: it has the connection to the hub, and answers the less frequent calls."""

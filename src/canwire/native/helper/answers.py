@@ -1,4 +1,4 @@
-"""What every interface's answers are made of: requests, replies, and the objects that a program has open."""
+"""Types for the answers of every interface: replies, answers, and the objects that a program has open."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Kind = TypeVar("Kind")
 class Reply(NamedTuple):
     """The answer to a call. `value` is a number, for instance of a new object.
 
-    Descriptors are the reply's own: whoever has one closes them once they are sent. Where none can be sent they are
-    `names`.
+    The reply owns its descriptors: its receiver closes them after sending them. If descriptors cannot be sent, `names`
+    replace them.
     """
 
     result: int = 0
@@ -29,14 +29,14 @@ class Reply(NamedTuple):
 
 
 class Answers(Protocol):
-    """One interface: it answers calls from any thread, and turns what goes wrong into its own codes."""
+    """One interface: it answers calls from any thread, and turns errors into its result codes."""
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
-        """`number` is that of an object, 0 for none."""
+        """Answer a call; `number` is that of an object, 0 for none."""
 
 
 class Passing(Protocol):
-    """Gives queues and signals of the hub's to the program."""
+    """Gives queues and signals of the hub to the program."""
 
     def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
         """A reply that gives the program this end of a ring to use, which cw_ring_open takes; `data` follows."""
@@ -46,7 +46,7 @@ class Passing(Protocol):
 
 
 class Objects:
-    """What a program has open of one interface, by number."""
+    """The open objects of a program, of one interface, by number."""
 
     def __init__(self) -> None:
         self._objects: dict[int, object] = {}
@@ -60,13 +60,13 @@ class Objects:
             return number
 
     def get(self, number: int, kind: type[Kind]) -> Kind:
-        """Raises BadValue for a number that is none of these things'."""
+        """The object with this number; raises BadValue if it does not exist or is of another kind."""
         found = self._objects.get(number)
         if not isinstance(found, kind):
-            raise BadValue(f"object {number}: no open {kind.__name__}")
+            raise BadValue(f"object {number} is no open {kind.__name__}")
         return found
 
     def remove(self, number: int) -> object | None:
-        """It is closed by whoever asks for that."""
+        """Remove an object and return it; the caller closes it."""
         with self._lock:
             return self._objects.pop(number, None)

@@ -1,9 +1,9 @@
-"""Answers for a program to which no descriptors travel: one on Windows, over TCP on this machine.
+"""Answers for a program that cannot receive descriptors: one on Windows, over TCP on this machine.
 
-The helper calls the program back and shows the token that came with its environment, and a port of its own. That first
-connection is for signals, and ends with the program; each thread of the program that calls has one of its own, which
-begins with the token. What is said on the first one before a reply may arrive after it: so a reply says how much that
-was, and its reader waits for it. ../win32/ is the other end.
+The helper connects to the program and sends the token from its environment, and the port on which it listens. This
+first connection is for signals, and ends with the program. Each calling thread of the program opens another
+connection, which begins with the token. A signal that was sent before a reply may arrive after it, so each reply
+contains the number of signals sent, and its reader waits for them. ../win32/ is the other end.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _LARGEST = 1 << 16
 
 
 class _Heard:
-    """A queue's own signal, as canwire's events hear of it (Event.bind)."""
+    """The signal of one queue, in the form that Event.bind needs."""
 
     advance = None
     clock = None
@@ -58,11 +58,11 @@ class _Heard:
         self._told()
 
     def stir(self) -> None:
-        """Nothing waits by a hub's time."""
+        """Nothing: no wait here depends on a hub's time."""
 
 
 class FarRings:
-    """Passes queues on by name (helper.answers.Passing), and signals over the first connection, whose end this is."""
+    """Passes queues by name (helper.answers.Passing), and signals over the first connection, of which it is one end."""
 
     def __init__(self, connection: socket.socket, process: int) -> None:
         self._connection = connection
@@ -90,7 +90,7 @@ class FarRings:
         return Reply(0, value, place + data, names=tuple(names))
 
     def said(self) -> int:
-        """How much was said of signals by now, as 32 bits count."""
+        """The number of messages sent about signals, modulo 2**32."""
         with self._sending:
             return self._said & 0xFFFFFFFF
 
@@ -99,12 +99,12 @@ class FarRings:
         return Reply(names=(f"signal {self._hearing(event.signals[0].descriptor)}",))
 
     def tell(self) -> None:
-        """Tell the program of signals, in a thread of its own, until it is gone."""
+        """Report signals to the program until it is gone; runs in a separate thread."""
         while True:
             self._event.wait()
 
     def obey(self) -> None:
-        """Do what the program says of signals until it is gone."""
+        """Execute the program's messages about signals until it is gone."""
         with contextlib.suppress(ConnectionError):
             while message := _whole(self._connection, _ASIDE.size):
                 what, number = _ASIDE.unpack(message)

@@ -1,4 +1,4 @@
-"""What the native core starts for process PID of this NAME: ../core/start.c, or ../win32/start.c with a PORT."""
+"""The helper program that ../core/start.c starts for process PID of this NAME, and ../win32/start.c with a PORT."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 
 def main() -> None:
-    """Answer until the program has ended; then nothing of this process is left either."""
+    """Answer until the program has ended; then this process ends, too."""
     program, name = int(sys.argv[1]), sys.argv[2]
     sys.argv[0] = name  # what others see who hold something of the hub
     status = 1

@@ -1,7 +1,7 @@
-"""Answers for a program on this system: each of its threads that calls has a socket, over which descriptors travel.
+"""Answers for a program on this system: each calling thread has a socket, which also carries descriptors.
 
 A request is one message: the method's name ("vci.open_socket", 40 bytes with zeros), the object's number, the size of
-the data, and data; a reply is the interface's result code, a number, data, and descriptors. ../core/helper.c is the
+the data, and the data; a reply is a result code, a number, data, and descriptors. ../core/helper.c is the
 other end.
 """
 
@@ -30,7 +30,7 @@ _LARGEST = _REQUEST.size + (1 << 16)
 
 
 def answer_on(helper: Helper, connection: socket.socket) -> None:
-    """Until the program closes it."""
+    """Answer requests on this connection until the program closes it."""
     room = bytearray(_LARGEST)
     with connection, helper.thread(), contextlib.suppress(ConnectionError):
         while length := connection.recv_into(room):
@@ -53,7 +53,7 @@ def _send(connection: socket.socket, reply: Reply) -> None:
 
 
 def turns_of_program() -> Turns | None:
-    """Where it keeps one time with others."""
+    """The program's Turns if it takes part in a hub's time, else None."""
     if os.environ.get("CANWIRE_TIMED") != "1":
         return None
     from canwire.native.helper.turns import Turns  # what no other program has need of
@@ -62,7 +62,7 @@ def turns_of_program() -> Turns | None:
 
 
 def serve_near(channel: socket.socket, program: int) -> None:
-    """Answer at the sockets that come on `channel`, until the program has closed it or ended, in whatever way."""
+    """Answer on the sockets that arrive on `channel`, until the program closes it or ends in any way."""
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))  # every queue of the program takes some here
     states = States()

@@ -1,4 +1,4 @@
-"""Rings that are lent to the program: where they are, and a word for each that says when it is over."""
+"""Rings that the program may use: their places in memory, and a word for each that shows when its use is over."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PLACE = struct.Struct("<QIIII")
 """struct cw_place of ../core/canwire.h."""
 
-_STATES = 1 << 16  # words; used anew after so many rings
+_STATES = 1 << 16  # words; used again after this many rings
 _WORD = 4
 _OVER = struct.pack("<I", 1)
 
@@ -44,7 +44,7 @@ class States:
         return number
 
     def end(self, number: int) -> None:
-        """What this word is about is over."""
+        """Mark the ring of this word as over."""
         self._write(number, _OVER)
 
     def lend(self, end: RingEnd, value: int = 0, data: bytes = b"") -> Reply:
@@ -61,7 +61,7 @@ class States:
         )
 
     def watch(self, event: Event) -> Reply:
-        """A reply with a descriptor that is readable whenever what this event is assigned to signals it."""
+        """A reply with a descriptor that becomes readable each time this event is signalled."""
         return Reply(descriptors=duplicates(event.signals[0].descriptor.fileno()))
 
     def _write(self, number: int, word: bytes) -> None:
@@ -69,7 +69,7 @@ class States:
 
 
 def duplicates(*descriptors: int) -> tuple[int, ...]:
-    """For a reply, whose descriptors are its own; all of them, or OSError and none."""
+    """Duplicate all descriptors, for a reply to own; raises OSError with none left open."""
     made: list[int] = []
     try:
         for descriptor in descriptors:

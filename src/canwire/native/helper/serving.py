@@ -1,4 +1,4 @@
-"""What a helper answers: calls, by the interface that a method's name begins with (\"vci.open_socket\")."""
+"""Answers calls by the interface that begins a method's name (\"vci.open_socket\")."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ INTERFACES = {
     "candrv": "canwire.native.candrv",
     "vci": "canwire.native.vci",
 }
-"""Where an interface's `interface(states)` is, by the part of a method's name before the dot."""
+"""The module with `interface(states)`, by the part of a method's name before the dot."""
 
 _UNEXPECTED = -1  # where not even the interface could be found
 
 
 class Helper:
-    """All that is answered for one program."""
+    """Answers all calls of one program."""
 
     def __init__(
         self, states: Passing, hello: Callable[[], Reply] = Reply, turns: Turns | None = None
     ) -> None:
-        """`hello` answers the first call: what the program needs before all else.
+        """`hello` answers the first call, with what the program needs first.
 
-        `turns`: the program keeps its hub's time, and each thread is answered at its turn.
+        `turns`: the program follows its hub's time, and each thread is answered at its turn.
         """
         self._states = states
         self._hello = hello
@@ -45,11 +45,11 @@ class Helper:
         self._loading = threading.Lock()
 
     def thread(self) -> AbstractContextManager[None]:
-        """The calling thread answers one of the program's, inside."""
+        """A context in which the calling thread answers one thread of the program."""
         return nullcontext() if self._turns is None else self._turns.thread()
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
-        """Raises nothing: what no interface has foreseen is printed, for the program's user to report."""
+        """Answer a call; raises nothing. An unexpected exception is printed, for the user to report."""
         try:
             if method == "helper.hello":
                 return self._hello()

@@ -1,7 +1,7 @@
-"""A program's threads in their hub's time, where CANWIRE_TIMED is 1: each has a thread here that takes turns for it.
+"""The threads of a program in their hub's time, if CANWIRE_TIMED is 1: for each, a thread here takes part in turns.
 
-While a thread of the program runs, the one here that answers it keeps its turn, so that time stands; a wait of the
-program's is a wait here. ../core/timed.c is the other end: it looks again at each turn.
+While a thread of the program runs, the thread that answers it keeps its turn, so that no time passes; the program
+waits by a wait here. ../core/timed.c is the other end: it checks its condition again at each turn.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _NO_PART = Reply(1)
 
 
 class Turns:
-    """What methods "time." are answered with (answers.Answers). Times are the hub's, in nanoseconds."""
+    """Answers the methods "time." (answers.Answers). Times are those of the hub, in nanoseconds."""
 
     def __init__(self) -> None:
         self._hub: Hub | None = None
@@ -41,17 +41,17 @@ class Turns:
 
     @contextmanager
     def thread(self) -> Iterator[None]:
-        """The calling thread answers one of the program's, until that ends."""
+        """A context in which the calling thread answers one thread of the program, until that ends."""
         try:
             yield
         finally:
             member = getattr(self._own, "member", None)
             if member is not None:
-                self._changes += 1  # who waits for its end looks
+                self._changes += 1  # threads that wait for its end check again
                 member.company.end(member)
 
     def take_part(self, number: int = 0) -> None:
-        """At its turn; `number` is what `expect` gave for this thread. Nothing where it does already, or cannot."""
+        """Take part from the next turn on; `number` is from `expect`. No effect if it takes part already, or cannot."""
         if hasattr(self._own, "member"):
             return
         company = self._company()
@@ -62,7 +62,7 @@ class Turns:
         company.begin(member)
 
     def answer(self, method: str, number: int, data: bytes) -> Reply:
-        """Raises KeyError for what is no method."""
+        """Answer a call; raises KeyError for an unknown method."""
         call = _METHODS[method]
         try:
             self.take_part(number if method == "begin" else 0)
@@ -78,7 +78,7 @@ class Turns:
         return Reply(data=_NS.pack(hub.now_ns()))
 
     def wait(self, hub: Hub, until_ns: int) -> Reply:
-        """Until then, or until anything is signalled to this program, or another thread has changed something."""
+        """Wait until this time, until a signal for this program, or until another thread has changed something."""
         before, looks = self._changes, itertools.count()
 
         def ready() -> bool:
@@ -88,25 +88,25 @@ class Turns:
         return self.now(hub, 0)
 
     def sleep(self, hub: Hub, until_ns: int) -> Reply:
-        """Until then, whatever is signalled."""
+        """Wait until this time; signals do not end the wait."""
         hub.advance(_never, _span_s(hub, until_ns))
         return self.now(hub, 0)
 
     def expect(self, hub: Hub, _: int) -> Reply:
-        """A thread that is about to begin: it takes part from here on, and is known by this number."""
+        """A thread is about to begin: it takes part from now on. Replies with a number for it."""
         number = next(self._numbers)
         self._expected[number] = self._own.member.company.enrolled(threading.current_thread())
         return Reply(value=number, data=_NS.pack(hub.now_ns()))
 
     def forget(self, hub: Hub, number: int) -> Reply:
-        """It did not begin."""
+        """The thread with this number did not begin."""
         member = self._expected.pop(number, None)
         if member is not None:
             member.company.withdraw(member)
         return self.now(hub, 0)
 
     def _company(self) -> Any:
-        """That of all threads here; the one that connects first founds it. None: nobody keeps a hub's time."""
+        """The company of all threads here, from the first connection; None if the hub's time is not followed."""
         with self._connecting:
             if self._hub is None:
                 try:

@@ -1,7 +1,7 @@
-"""Warm helpers: forks of a process that has loaded what a helper needs, for programs that ask (../core/warm.c).
+"""Warm helpers: forks of a process with all modules loaded, for programs that request one (../core/warm.c).
 
-The first helper leaves that process behind. It has nothing of any program, no thread and no connection, and ends when
-nobody has asked it for a while; helpers that it has forked live on.
+The first helper starts that process. It has no data of any program, no thread and no connection, and ends after a
+while without requests; the helpers that it has forked keep running.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ _CREDENTIALS = struct.Struct("3i")
 
 
 class Served(NamedTuple):
-    """A program: its process and its name."""
+    """A program that a helper serves: its process and its name."""
 
     process: int
     name: str
 
 
 def forked(first: Served, address: str) -> Served:
-    """Returns in each helper, with the program that it serves; that of `first` has its channel already.
+    """Returns in each helper, with the program that it serves; the program of `first` already has its channel.
 
-    `address` is a name among abstract sockets, and ends with how many seconds the process in between stays.
+    `address` is the name of an abstract socket; it ends with the seconds that the process waits for requests.
     """
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
@@ -56,13 +56,13 @@ def forked(first: Served, address: str) -> Served:
 
 
 def _load() -> None:
-    """What the interface of most programs is answered with."""
+    """Load the modules of the interface that most programs use."""
     importlib.import_module(INTERFACES["vci"])
     _ = canwire.connect  # the door loads what reaches a hub
 
 
 def _let_go() -> None:
-    """Whoever reads what the first program prints is not to wait for this process."""
+    """Close the channel and standard error, so that a reader of the first program's output does not wait for them."""
     os.close(CHANNEL)
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, _STANDARD_ERROR)

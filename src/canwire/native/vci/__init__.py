@@ -1,6 +1,6 @@
-"""VCI V4 for programs in C++: what their library asks of canwire.vci, whose rules and result codes these are.
+"""VCI V4 for programs in C++: answers the library's calls by canwire.vci, which defines rules and result codes.
 
-A method's name is that of canwire.vci's class and method ("CanControl.init_line"), or of a function of it.
+The name of a method is a class and method of canwire.vci ("CanControl.init_line"), or a function of it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class VciAnswers:
             return Reply(as_vci_error(error).hresult)
 
     def initialize(self, number: int, data: bytes) -> Reply:
-        """VciInitialize: this program's connection, a new one where the hub of the one before is gone."""
+        """VciInitialize: the connection of this program; a new one if the hub of the previous one is gone."""
         with self._connecting:  # objects of a connection that is gone say so themselves
             if self._hub is None or self._hub.lost:
                 self._hub = canwire.connect()
@@ -64,11 +64,11 @@ class VciAnswers:
         return Reply()
 
     def format_error(self, number: int, data: bytes) -> Reply:
-        """VciFormatError: a text for this result code."""
+        """VciFormatError: the text for this result code."""
         return Reply(data=vci.format_error(int.from_bytes(data, "little")).encode("latin-1", "replace"))
 
     def release(self, number: int, data: bytes) -> Reply:
-        """The last reference is gone."""
+        """Close an object, whose last reference was released."""
         found = self._objects.remove(number)
         if isinstance(found, Unknown):
             found.release()
@@ -76,7 +76,7 @@ class VciAnswers:
         return Reply()
 
     def watch(self, number: int, data: bytes) -> Reply:
-        """IVciEnumDevice.AssignEvent: a descriptor that becomes readable whenever a board comes or goes."""
+        """IVciEnumDevice.AssignEvent: a descriptor that becomes readable when a board is plugged in or out."""
         devices = self._objects.get(number, vci.VciEnumDevice)
         if data:
             self._watching[number] = event = Event()

@@ -1,4 +1,4 @@
-"""What VCI's methods take, as it comes from the program: packed one after the other, without gaps.
+"""The arguments of VCI's methods in the form that the program sends: packed without gaps.
 
 Sources: VCI V4 manual chapter 6; vcisdk.h of VCI 4.1 (reference/vci.md).
 """
@@ -25,7 +25,7 @@ from canwire.vci import (
 
 
 class Argument(NamedTuple):
-    """How many bytes one takes, and what is made of them."""
+    """The number of bytes of an argument, and the function that converts them."""
 
     size: int
     made: Callable[[bytes], Any]
@@ -134,10 +134,10 @@ METHODS: Mapping[str, tuple[Argument, ...]] = {
 
 
 def unpacked(arguments: tuple[Argument, ...], data: bytes) -> Iterator[Any]:
-    """Raises VciInvalidArgument for other data than these."""
+    """The arguments in this data; raises VciInvalidArgument if its size is wrong."""
     wanted = sum(argument.size for argument in arguments)
     if len(data) != wanted:
-        raise vci.VciError.of(vci.VCI_E_INVALIDARG, f"{len(data)} bytes of arguments, where {wanted} belong")
+        raise vci.VciError.of(vci.VCI_E_INVALIDARG, f"{len(data)} bytes of arguments instead of {wanted}")
     at = 0
     for argument in arguments:
         yield argument.made(data[at : at + argument.size])

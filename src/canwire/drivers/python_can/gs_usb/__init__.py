@@ -1,5 +1,5 @@
-"""candleLight and other adapters that speak gs_usb's protocol, over USB; python-can's own driver knows less of it.
+"""The driver of candleLight and other USB adapters with the gs_usb protocol.
 
-That one knows no CAN FD and no listening only, takes its own frames for received ones, and does not see that the
-adapter was unplugged.
+It replaces python-can's own driver, which supports neither CAN FD nor listen-only mode, returns its own frames as
+received ones, and does not notice that the adapter was unplugged.
 """

@@ -1,6 +1,6 @@
 """One channel of a gs_usb adapter, with the methods of python-can's buses that adapter.py calls.
 
-A frame is sent once its echo has come back: the adapter returns each frame that the bus has taken.
+A frame counts as sent once its echo has arrived: the adapter returns each frame that it has sent on the bus.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _WRAP_US = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """How the channel is to be opened: its number on the device, and the bit timings of the hub's line."""
+    """Arguments for opening a channel: its number on the device, and the bit timings of the hub's line."""
 
     timing: BitTiming
     data_timing: BitTiming | None = None
@@ -54,7 +54,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What was received, as python-can's Message has it; `is_rx` is False for an echo."""
+    """A received message with the fields of python-can's Message; `is_rx` is False for an echo."""
 
     timestamp: float
     arbitration_id: int
@@ -83,7 +83,7 @@ class _Clock:
 
 
 class GsUsbBus:
-    """An adapter that takes part in its bus from here on; raises OSError, Unsupported, BadValue, BadTiming."""
+    """Opens an adapter, which then takes part in its bus; raises OSError, Unsupported, BadValue, BadTiming."""
 
     def __init__(self, device: Any, opening: Opening) -> None:
         self._device = device
@@ -104,7 +104,7 @@ class GsUsbBus:
         return f"gs_usb channel {self._opening.port}"
 
     def send(self, frame: Frame, timeout_s: float = 0.0) -> None:
-        """Hand one frame to the adapter; `sent` says when the bus has taken it. Raises OSError."""
+        """Pass one frame to the adapter; `sent` reports when it was on the bus. Raises OSError."""
         self._sent = (self._sent + 1) % 10  # Linux numbers ten; adapters remember at least so many
         self._echoed.clear()
         self._device.write(
@@ -112,11 +112,11 @@ class GsUsbBus:
         )
 
     def sent(self, timeout_s: float) -> bool:
-        """Whether the last frame has come back from the bus, within this time."""
+        """True if the echo of the last frame arrives within this time."""
         return self._echoed.wait(timeout_s)
 
     def recv(self, timeout_s: float) -> Message | None:
-        """The next one; None when the time is over. Raises OSError when the adapter has gone."""
+        """The next message; None after `timeout_s`. Raises OSError if the adapter was unplugged."""
         if self._waiting is not None:
             message, self._waiting = self._waiting, None
             return message
@@ -134,7 +134,7 @@ class GsUsbBus:
         return self._message(received)
 
     def shutdown(self) -> None:
-        """Leave the bus and give the adapter back; one that was unplugged has left already."""
+        """Leave the bus and release the adapter; no effect if it was unplugged."""
         try:
             self._control(Request.MODE, mode_bytes(False))
         except OSError:

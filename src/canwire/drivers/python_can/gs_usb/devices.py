@@ -1,4 +1,4 @@
-"""The adapters on this machine's USB: found, and one of them chosen by its number or its serial number."""
+"""Finds the gs_usb adapters on this machine's USB, and chooses one by its number or its serial number."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from canwire.drivers.python_can.gs_usb.protocol import IDS
 
 
 def find_devices() -> list[Any]:
-    """pyusb's devices, by their places on the bus; raises ModuleNotFoundError without pyusb, its own without libusb."""
+    """pyusb's devices by USB address; raises ModuleNotFoundError without pyusb, pyusb's own error without libusb."""
     import usb.core  # type: ignore[import-not-found]
 
     found = usb.core.find(find_all=True, custom_match=lambda one: (one.idVendor, one.idProduct) in IDS)
@@ -19,28 +19,28 @@ def find_devices() -> list[Any]:
 
 
 def release(device: Any) -> None:
-    """Give it back to the system, so that other programs may have it."""
+    """Release a device, so that other programs can open it."""
     import usb.util  # type: ignore[import-not-found]
 
     usb.util.dispose_resources(device)
 
 
 def serial_of(device: Any) -> str:
-    """Its serial number, "" where the system does not let us ask for it."""
+    """The serial number of a device, "" if the system does not permit to read it."""
     with suppress(OSError, ValueError):  # pyusb: no permission, or no languages
         return str(device.serial_number or "")
     return ""
 
 
 def name_of(device: Any) -> str:
-    """For people: its product's name."""
+    """The product name of a device, for display."""
     with suppress(OSError, ValueError):
         return str(device.product or "")
     return ""
 
 
 def chosen(devices: Sequence[Any], channel: str) -> Any:
-    """The one with this serial number, or of this number from 0; raises FileNotFoundError naming those there are."""
+    """The device with this serial number or index (from 0); raises FileNotFoundError that names all devices."""
     for device in devices:
         if channel and serial_of(device) == channel:
             return device
@@ -52,5 +52,5 @@ def chosen(devices: Sequence[Any], channel: str) -> Any:
 
 
 def names_of(devices: Sequence[Any]) -> list[str]:
-    """What each goes by: its serial number, or else its number."""
+    """The name of each device: its serial number, or its index if it has none."""
     return [f"gs_usb/{serial_of(device) or number}" for number, device in enumerate(devices)]

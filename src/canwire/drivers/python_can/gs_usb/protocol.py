@@ -27,7 +27,7 @@ IDS = {
     (0x1209, 0xCA01),
     (0x16D0, 0x0F30),
 }
-"""(idVendor, idProduct) of those that Linux knows."""
+"""(idVendor, idProduct) of the adapters in Linux's driver."""
 
 _HEAD = struct.Struct("<IIBBBB")  # echo id, identifier, DLC, channel, flags, reserved
 _EXTENDED, _REMOTE, _ERROR, _ID = 0x8000_0000, 0x4000_0000, 0x2000_0000, 0x1FFF_FFFF
@@ -49,7 +49,7 @@ class Request(IntEnum):
 
 
 class Ability(IntFlag):
-    """What an adapter can do; those of the first byte and FD are flags of its mode as well."""
+    """What an adapter can do; the bits of the first byte and FD are also flags of its mode."""
 
     LISTEN_ONLY = 1 << 0
     LOOP_BACK = 1 << 1
@@ -80,7 +80,7 @@ class Received(NamedTuple):
 
 
 def channels_of(configuration: bytes) -> int:
-    """How many channels the adapter has, by its answer to CONFIGURATION."""
+    """The number of channels in the answer to CONFIGURATION."""
     return configuration[3] + 1
 
 
@@ -91,7 +91,7 @@ def abilities_of(answer: bytes) -> Abilities:
 
 
 def data_limits_of(answer: bytes) -> TimingLimits:
-    """The data phase's, by the answer to DATA_LIMITS, 72 bytes."""
+    """The limits of the data phase in the answer to DATA_LIMITS, 72 bytes."""
     return _limits(answer, 40)
 
 
@@ -121,7 +121,7 @@ def mode_bytes(start: bool, flags: int = 0) -> bytes:
 
 
 def frame_bytes(frame: Frame, echo: int, channel: int) -> bytes:
-    """As the adapter wants it: a classic frame has 8 data bytes, one of CAN FD 64, whatever it carries."""
+    """A frame for the adapter: always with 8 data bytes for a classic frame, 64 for CAN FD, padded with zeros."""
     id = frame.id | (_EXTENDED if frame.extended else 0) | (_REMOTE if frame.remote else 0)
     flags = 0
     if frame.fd:
@@ -131,7 +131,7 @@ def frame_bytes(frame: Frame, echo: int, channel: int) -> bytes:
 
 
 def received_of(packet: bytes) -> Received | None:
-    """What came in one transfer; None for what is no frame: too short, or with an impossible identifier."""
+    """The frame in one transfer; None if it is too short or has an impossible identifier."""
     if len(packet) < _HEAD.size + 8:
         return None
     echo, id, dlc, channel, flags, _ = _HEAD.unpack_from(packet)

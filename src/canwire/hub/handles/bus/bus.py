@@ -1,4 +1,4 @@
-"""One bus of a hub: the copper behind the boards."""
+"""One bus of a hub: the wires that its boards are connected to."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class HubBus:
-    """A CAN bus; `faults` is what goes wrong on it. `Hub.bus` makes it."""
+    """A CAN bus; `faults` sets and lists its faults. `Hub.bus` returns it."""
 
     def __init__(self, hub: Client, name: str) -> None:
         if hub.call(m.GetBus(name)).kind != "CAN":
@@ -27,7 +27,7 @@ class HubBus:
 
 
 class HubLinBus:
-    """A LIN bus; `faults` is what goes wrong on it. `Hub.lin_bus` makes it."""
+    """A LIN bus; `faults` sets and lists its faults. `Hub.lin_bus` returns it."""
 
     def __init__(self, hub: Client, name: str) -> None:
         if hub.call(m.GetBus(name)).kind != "LIN":

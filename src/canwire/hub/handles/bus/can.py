@@ -31,7 +31,7 @@ class CanBusFaults(BusFaults):
         extended: bool | None = None,
         node: str | None = None,
     ) -> f.HubPlace:
-        """The start of a bit, for `at`: a part and its bit as docs/faults.md has them; `node` is whose bits count."""
+        """The start of a bit, for `at`: a part and its bit as in docs/faults.md; the bits of `node` are counted."""
         return f.HubPlace(part, bit, frame_id, extended, node or "")
 
     def flip(
@@ -65,7 +65,7 @@ class CanBusFaults(BusFaults):
         )
 
     def noise(self, bit_error_rate: float, **stay: Unpack[FaultStay]) -> HubFault:
-        """Every node reads each bit of a frame wrong with this probability; several noises add up."""
+        """Every node reads each bit of a frame wrong with this probability; several noise faults add up."""
         return self._set(f.Noise(bit_error_rate), stay)
 
     def hold(
@@ -129,11 +129,11 @@ class CanBusFaults(BusFaults):
         return self._set(f.Drift(line, ppm), stay)
 
     def wrong_rate(self, line: str, bit_rate: int, **stay: Unpack[FaultStay]) -> HubFault:
-        """A line that is set up runs at this rate (bit/s) in place of the one it was set to."""
+        """A line that is set up runs at this rate (bit/s) instead of the one that was set."""
         return self._set(f.WrongRate(line, bit_rate), stay)
 
     def cable(self, length_m: float, *, node_delay_ns: float = 0.0, **stay: Unpack[FaultStay]) -> HubFault:
-        """Set the cable's length and the delay one way that each isolated node adds; the latest cable counts."""
+        """Set the cable's length and the one-way delay that each isolated node adds; the latest cable is effective."""
         return self._set(f.Cable(length_m, node_delay_ns), stay)
 
     def babble(

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 class HubFault(Lease):
-    """It ends when it is used up, when its time is over, at `cancel`, and with this connection to the hub.
+    """A fault ends after all its times or after its time, at `cancel`, and with this connection to the hub.
 
-    A persistent one outlives the connection, and stays until a program clears it.
+    A persistent fault outlives the connection, and stays until a program clears it.
     """
 
     def __init__(self, hub: Client, handle: int, bus: str) -> None:
@@ -29,16 +29,16 @@ class HubFault(Lease):
 
     @property
     def struck(self) -> int:
-        """How often it has occurred."""
+        """How many times the fault has occurred."""
         return self.info().struck
 
     @property
     def times_left(self) -> int | None:
-        """How often it will still occur; 0 when it is over, None: no limit."""
+        """How many more times the fault will occur; 0 when it is over, None: no limit."""
         return self.info().times_left
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is over, at most `timeout` seconds of the hub's time (None: no limit); False if it is not.
+        """Wait until the fault is over, at most `timeout` seconds of the hub's time (None: no limit); True if it is.
 
         In virtual time, waiting lets that time pass.
         """
@@ -48,7 +48,7 @@ class HubFault(Lease):
         return bool(self._told(m.AwaitFault(self._handle, span_ns)).over)
 
     def cancel(self) -> None:
-        """Remove the fault, even a persistent one; a second call does nothing."""
+        """Remove the fault, even a persistent one; a second call has no effect."""
         if self._last is None:
             self._last = self._told(m.CancelFault(self._handle))
             self.close()

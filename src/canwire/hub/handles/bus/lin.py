@@ -10,7 +10,7 @@ from canwire.hub.protocol import fault_messages as f
 
 
 class LinBusFaults(BusFaults):
-    """`frame_id` chooses frames (None: any), `times` is how often it occurs (None: no limit)."""
+    """`frame_id` chooses frames (None: any); `times` is how many times the fault occurs (None: no limit)."""
 
     def checksum(
         self, frame_id: int | None = None, *, times: int | None = 1, **stay: Unpack[FaultStay]

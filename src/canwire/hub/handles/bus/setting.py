@@ -1,4 +1,4 @@
-"""The common part of setting faults on CAN and on LIN buses."""
+"""The common part of the faults of CAN and LIN buses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FaultStay(TypedDict, total=False):
 
 
 class BusFaults:
-    """All programs' faults on one bus of a hub. Methods raise BadValue, NoSuchBoard for arguments that do not fit."""
+    """The faults on one bus of a hub. Methods raise BadValue or NoSuchBoard for invalid arguments."""
 
     def __init__(self, hub: Client, bus: str) -> None:
         self._hub = hub
@@ -32,17 +32,17 @@ class BusFaults:
         return f"<faults of {self._bus}>"
 
     def list(self) -> tuple[f.FaultInfo, ...]:
-        """All programs' faults here, in the order in which they were set, with who set them."""
+        """The faults of all programs here, in the order in which they were set, with the programs that set them."""
         faults: tuple[f.FaultInfo, ...] = self._hub.call(m.ListFaults(self._bus)).faults
         return faults
 
     def clear(self, *, left: bool = False, everybody: bool = False) -> int:
-        """End this program's faults; with `left` all persistent ones too, with `everybody` all; how many ended."""
+        """End this program's faults, with `left` also persistent ones, with `everybody` all; returns how many ended."""
         whose = "all" if everybody else "left" if left else "mine"
         return int(self._hub.call(m.ClearFaults(self._bus, whose)).value)
 
     def disconnect(self, line: str, *, lasting: float | None = None, persistent: bool = False) -> HubFault:
-        """Pull a line's plug: it is alone on its stub immediately, even within a frame; `cancel` reconnects it."""
+        """Disconnect a line from its bus immediately, even within a frame; `cancel` reconnects it."""
         return self._set(f.Disconnect(line), {"lasting": lasting, "persistent": persistent})
 
     def _set(self, fault: f.Fault, stay: FaultStay) -> HubFault:

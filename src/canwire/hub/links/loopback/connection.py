@@ -96,7 +96,7 @@ class LoopbackConnection(Connection):
 
 
 class _Bell:
-    """What the hub's own end of a queue signals when something is in it already."""
+    """The signal of the hub's end of a queue that already contains records."""
 
     def __init__(self, ring: Callable[[], object]) -> None:
         self._ring = ring
@@ -105,4 +105,4 @@ class _Bell:
         self._ring()
 
     def left(self, event: EventDescriptor) -> None:
-        """It was closed."""
+        """The client has closed this event."""

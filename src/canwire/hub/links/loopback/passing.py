@@ -27,9 +27,9 @@ class Passing:
         self._last = asides.DOORBELL
 
     def hand_over(self, descriptors: tuple[Descriptor, ...]) -> bytes:
-        """What the client gets to know of these, which are this object's from now on.
+        """Take over these descriptors, and return what the client needs to open them.
 
-        Raises LimitReached once too much waits to be opened.
+        Raises LimitReached if too many wait to be opened.
         """
         memories = [thing for thing in descriptors if isinstance(thing, Memory)]
         if len(self._unfetched) >= _MOST_UNFETCHED:
@@ -42,7 +42,7 @@ class Passing:
         return asides.passed(items)
 
     def take(self, payload: bytes) -> None:
-        """Something that the client says of them; raises BadMessage."""
+        """Process a payload of the client about passed objects; raises BadMessage."""
         letter = payload[:1]
         if letter == asides.FETCHED:
             if not self._unfetched:
@@ -59,7 +59,7 @@ class Passing:
                 event.tell_others()
 
     def close(self) -> None:
-        """The client is gone."""
+        """Close everything: the client is gone."""
         while self._unfetched:
             _close(self._unfetched.popleft())
         for number in list(self._events):

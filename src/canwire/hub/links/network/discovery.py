@@ -15,7 +15,7 @@ _MANY = 1 << 16  # replies that may wait; with Zenoh's own few `get` hung at 800
 
 
 def offers_in(session: Any, realm: str = "*", name: str = "*") -> list[Offer]:
-    """Those that are there now, by their names."""
+    """The hubs that are offered now, by their names."""
     many = load_zenoh().handlers.FifoChannel(_MANY)
     found = session.liveliness().get(keys.tokens(realm, name), many, timeout=_LOOK_S)
     offers = {keys.offer_of(str(reply.ok.key_expr)) for reply in found if reply.ok is not None}

@@ -78,7 +78,7 @@ class Guest:
         link.listen(self._notice)
 
     def take(self, payload: bytes) -> None:
-        """What came from the client; raises BadMessage. Never waits."""
+        """Process a payload of the client; raises BadMessage. Never waits."""
         if payload[:1] == _CALL:
             self.ask(payload[1:], self._reply)
         else:
@@ -86,7 +86,7 @@ class Guest:
 
     @property
     def timed(self) -> bool:
-        """Whether its program takes part in lockstep, so that others wait for it."""
+        """True if its program takes part in lockstep, so that others wait for it."""
         return self._places.timed
 
     @property

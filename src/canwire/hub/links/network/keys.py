@@ -77,7 +77,7 @@ def parse(address: str) -> Place:
 
 
 def address_of(offer: Offer, listen: tuple[str, ...], via: tuple[str, ...], host: str) -> str:
-    """What programs connect to: `host` where the hub listens at all addresses of its machine.
+    """The address for programs; `host` replaces a listening address that means all addresses of the machine.
 
     >>> address_of(Offer("lab", "bench1", "1c73", 6, "real"), ("tcp/0.0.0.0:7449",), (), "b.example")
     'zenoh://lab/b.example'
@@ -102,12 +102,12 @@ def token(offer: Offer) -> str:
 
 
 def tokens(realm: str, name: str = "*") -> str:
-    """Those of hubs of that realm, of all of them or one."""
+    """The keys of the tokens of all hubs of this realm, or of one hub."""
     return f"canwire/{realm}/hub/{name}/**"
 
 
 def offer_of(key: str) -> Offer | None:
-    """What a token's key says; None for one of another form, which a later canwire may have."""
+    """The offer in the key of a token; None for a key of another form, which a later canwire may have."""
     parts = key.split("/")
     if len(parts) != 7 or parts[2] != "hub" or not parts[5].isdecimal():
         return None
@@ -120,11 +120,11 @@ def clients(realm: str, instance: str, part: str) -> str:
 
 
 def client(realm: str, instance: str, user: str, name: str) -> str:
-    """What the keys of one client begin with."""
+    """The beginning of the keys of one client."""
     return f"canwire/{realm}/to/{instance}/{user}/{name}"
 
 
 def client_of(key: str) -> tuple[str, str]:
-    """User and client of one of its keys."""
+    """The user and the client of a client's key."""
     parts = key.split("/")
     return parts[4], parts[5]

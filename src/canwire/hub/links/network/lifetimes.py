@@ -9,7 +9,7 @@ from typing import Protocol
 
 
 class Living(Protocol):
-    """client.py's links."""
+    """The methods of client.py's links that are called at the end."""
 
     def leave_to_parent(self) -> None: ...
     def close(self) -> None: ...

@@ -37,11 +37,11 @@ class Moved:
         return (*self.senders.values(), *self.takers.values(), *self.watched.values())
 
     def mirror(self, number: int) -> Mirror | None:
-        """The one of this number, if it is still moved."""
+        """The mirror of this number, if it is still moved."""
         return self.senders.get(number) or self.takers.get(number) or self.watched.get(number)
 
     def add(self, mirror: Mirror, events: tuple[EventDescriptor, ...]) -> None:
-        """The first of `events` is waited for from now on."""
+        """Move this mirror; `wait` also waits for the first of `events`."""
         number = mirror.number
         with self._lock:
             self._events[number] = events
@@ -55,7 +55,7 @@ class Moved:
                 self._hear(event)
 
     def remove(self, number: int) -> tuple[Mirror | None, tuple[EventDescriptor, ...]]:
-        """The mirror of this number, None: unknown; and its events, which are the caller's to close."""
+        """Remove a mirror; returns it (None: unknown) and its events, which the caller has to close."""
         with self._lock:
             events = self._events.pop(number, ())
             mirror = self.mirror(number)
@@ -68,7 +68,7 @@ class Moved:
         return mirror, events
 
     def wait(self, timeout: float) -> None:
-        """For any of the events, so many seconds at most; consumes those there are."""
+        """Wait for any of the events, at most `timeout` seconds, and consume them."""
         found = self._poller.wait(timeout)
         with self._lock:
             for descriptor, _ in found:

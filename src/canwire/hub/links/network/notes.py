@@ -39,7 +39,7 @@ class OutgoingNotes:
         return self._sent != self._received
 
     def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
-        """What was not sent yet."""
+        """The notices that were not sent yet."""
         if not self._kept:
             return []
         with self._lock:
@@ -52,7 +52,7 @@ class OutgoingNotes:
             return found
 
     def acknowledge(self, report: Report) -> None:
-        """So many have come."""
+        """The client has received this many notices."""
         with self._lock:
             if report.received > self._received + len(self._kept):
                 raise BadMessage(f"{report} of {self._received + len(self._kept)} notices")
@@ -82,7 +82,7 @@ class IncomingNotes:
         self.received = 0
 
     def accept(self, first: int, records: memoryview) -> bool:
-        """The notice of this number."""
+        """Accept the notice of this number."""
         with self._lock:
             self._missing |= first > self.received
             self._asked = True
@@ -92,7 +92,7 @@ class IncomingNotes:
             return True
 
     def sent(self, position: int) -> None:
-        """The other end has sent so many, and wants to know."""
+        """The other end has sent this many, and requests a report."""
         with self._lock:
             self._asked = True
             self._missing |= position > self.received

@@ -24,14 +24,14 @@ GiveUp = Callable[[int, int, float], object]  # handle, frames, their age in s
 
 
 class Opened(NamedTuple):
-    """A mirror, and the events that go with it (Pump.add)."""
+    """A mirror and its events (Pump.add)."""
 
     mirror: Mirror
     events: tuple[EventDescriptor, ...]
 
 
 def role_of(request: m.Message) -> str:
-    """Of a FIFO that is opened."""
+    """The role in which a request opens a FIFO."""
     return request.role if isinstance(request, m.OpenFifo) else FIFO
 
 
@@ -45,7 +45,7 @@ def taken_over(
     age: Age | None = None,
     give_up: GiveUp = lambda handle, count, age_s: None,
 ) -> list[Opened]:
-    """The hub's end: the rings of a reply, whose records are sent to a remote client.
+    """For the hub's end: take over the rings of a reply, whose records are sent to a remote client.
 
     `told` is called when the other end of a FIFO is signalled, `give_up` when frames to send are older than `age`.
     """
@@ -121,21 +121,21 @@ def _fifo_here(
 
 
 def filled(opened: list[Opened]) -> Filled:
-    """Numbers, and what the client's copies begin with."""
+    """The number of each ring, and how many records its copy at the client begins with."""
     return tuple(
         (one.mirror.number, one.mirror.filled if isinstance(one.mirror, Incoming) else 0) for one in opened
     )
 
 
 class Copies(NamedTuple):
-    """A client's end: mirrors with their events, descriptors for the program's handle, what else is to be closed."""
+    """A client's end: mirrors with their events, descriptors for the program's handle, other objects to close."""
 
     opened: list[Opened]
     descriptors: tuple[int, ...]
     rings: SharedRings | None
 
     def let_go(self) -> None:
-        """Once nothing moves any more."""
+        """Close everything; call this once no ring is moved."""
         if self.rings is not None:
             self.rings.close()
 
@@ -143,7 +143,7 @@ class Copies(NamedTuple):
 def copied(
     request: m.Message, reply: m.Message, rings: Filled, doorbell: EventDescriptor, clock: OtherClock
 ) -> Copies:
-    """A client's end of what the reply opened; raises OSError where the system gives no more memory or descriptors."""
+    """The client's end of the rings that a reply opened; raises OSError if memory or descriptors run out."""
     if not rings:
         return Copies([], (), None)
     if isinstance(reply, m.FifoOpened):

@@ -61,14 +61,14 @@ class Pump:
         self._thread.start()
 
     def add(self, mirror: Mirror, *events: EventDescriptor) -> None:
-        """Move this one, too; the first of `events` is signalled when its ring moves here, all are closed with it."""
+        """Move this ring, too. The first of `events` is signalled when it changes here; all are closed with it."""
         if isinstance(mirror, Outgoing):
             mirror.belongs_to(self.way)
         self._moved.add(mirror, events)
         self.wake()
 
     def remove(self, numbers: tuple[int, ...]) -> None:
-        """No longer; unknown ones are ignored."""
+        """Stop moving these rings; unknown numbers are ignored."""
         for number in numbers:
             mirror, events = self._moved.remove(number)
             if mirror is not None:
@@ -96,17 +96,17 @@ class Pump:
         return tuple((one.number, one.written) for one in self._moved.senders.values())
 
     def mirrors(self) -> tuple[Mirror, ...]:
-        """Everything that is moved."""
+        """All rings that are moved."""
         return self._moved.mirrors()
 
     def mirror(self, number: int) -> Mirror | None:
-        """The one of this number, if it is still moved."""
+        """The ring of this number, if it is still moved."""
         return self._moved.mirror(number)
 
     def await_arrival(self, positions: tuple[tuple[int, int], ...], timeout: float) -> bool:
-        """Wait until incoming rings are so far; False if they are not within so many seconds.
+        """Wait until incoming rings have reached these positions; False after `timeout` seconds.
 
-        What is missing is not asked for: it may wait for room on the way, and the other end says what it has sent.
+        Missing records are not requested: they may wait for room, and the other end reports what it has sent.
         """
         if self._have(positions):
             return True

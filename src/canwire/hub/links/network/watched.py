@@ -9,10 +9,10 @@ from canwire.ring import Ring
 
 
 class Watched:
-    """A FIFO that one end only looks at, and may put something into: its counters, on either end of the link.
+    """The counters of a FIFO that one end only monitors, and may write into, at either end of the link.
 
-    The hub's end has the real one, the client's a picture of it. What the client puts in is counted here and put in
-    there, as elements of zeros: programs use such FIFOs to ring for each other.
+    The hub's end has the FIFO, the client's end a copy of its counters. Elements that the client writes are counted
+    here and written there with zeros: programs use such FIFOs only to signal each other.
     """
 
     def __init__(self, number: int, ring: Ring, picture: memoryview | None = None) -> None:

@@ -32,7 +32,7 @@ STIRS = (1 << 32) - 1  # and of another: how often a timed program was woken to 
 
 
 class Report(NamedTuple):
-    """How far the copy of a ring is: records that came, records taken out; `again`: send again from `received` on."""
+    """The state of a ring's copy: records received, records read from it; `again`: send again from `received` on."""
 
     ring: int
     received: int
@@ -51,14 +51,14 @@ class Count(NamedTuple):
 
 
 def frames(ring: int, first: int, records: memoryview, stamp: int = 0) -> bytes:
-    """A batch of records, or of one notice, from this position on; of commands with when they were given."""
+    """A batch of records, or of one notice, from this position on; for commands, with the time they were given."""
     return b"".join((_HEAD.pack(FRAMES | stamp << 8, ring, first), records))
 
 
 def packed_frames(
     ring: int, first: int, records: memoryview, stamp: int = 0, *, squeeze: bool = False
 ) -> bytes:
-    """The same of frames' records, packed; for a slow network also squeezed, where that gains something."""
+    """The same for records of frames, packed; for a slow network also compressed, if that makes it smaller."""
     small = pack(bytearray(records))
     if squeeze:
         work = zlib.compressobj(*_SQUEEZE)
@@ -69,7 +69,7 @@ def packed_frames(
 
 
 def frames_in(payload: bytes) -> tuple[int, int, memoryview, int]:
-    """Ring, position of the first record, records, stamp, however they travelled; raises BadMessage."""
+    """Ring, position of the first record, records, stamp, from any of these forms; raises BadMessage."""
     if len(payload) < _HEAD.size:
         raise BadMessage(f"a batch of {len(payload)} bytes: {_HEAD.size} at least")
     kind, ring, first = _HEAD.unpack_from(payload)
@@ -106,7 +106,7 @@ def states_in(payload: bytes) -> list[tuple[int, int]]:
 
 
 def reports(found: list[Report]) -> bytes:
-    """How far copies are."""
+    """Reports on the copies of rings."""
     return bytes((REPORTS,)) + b"".join(_REPORT.pack(*report) for report in found)
 
 
@@ -118,7 +118,7 @@ def reports_in(payload: bytes) -> list[Report]:
 
 
 def counts(found: list[Count]) -> bytes:
-    """FIFOs that are only looked at."""
+    """The counts of FIFOs that are only monitored."""
     return bytes((COUNTS,)) + b"".join(_COUNT.pack(*count) for count in found)
 
 
@@ -147,7 +147,7 @@ def answer(answered: bytes) -> bytes:
 
 
 def packed(payloads: list[bytes]) -> list[bytes]:
-    """The same in the same order, small ones together: each that travels alone wakes the other machine up."""
+    """The same payloads in the same order, with small ones combined: each separate one wakes the other machine."""
     found: list[bytes] = []
     small: list[bytes] = []
     for payload in payloads:
@@ -162,7 +162,7 @@ def packed(payloads: list[bytes]) -> list[bytes]:
 
 
 def parts_in(payload: bytes) -> list[bytes]:
-    """What went together; raises BadMessage."""
+    """The payloads of a combined one; raises BadMessage."""
     found, at = [], 1
     while at < len(payload):
         begin = at + _LENGTH.size

@@ -1,4 +1,4 @@
-"""What the hub answers about its boards."""
+"""The hub's answers to requests about its boards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hub answers about the copper: what happens to a bus without any board."""
+"""The hub's answers to requests about the wires of its buses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hub answers about channels; monitors are activated alike."""
+"""The hub's answers to requests about channels; monitors are activated by the same requests."""
 
 from __future__ import annotations
 

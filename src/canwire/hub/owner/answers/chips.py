@@ -1,4 +1,4 @@
-"""What the hub answers about the chips behind its lines."""
+"""The hub's answers to requests about the controller chips of its lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hub answers about its time; in virtual time it passes here."""
+"""The hub's answers to requests about its time; in virtual time, these requests let time pass."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def _run_on(timeline: Timeline, held: HeldTime) -> None:
         if not held.run(timeline, due_ns):
             return
     if due_ns >= NEVER:
-        raise HubError("this would never end: nothing is left to happen on the buses of this hub")
+        raise HubError("this would never end: no further event is due on the buses of this hub")
     raise HubError(
-        f"this would never end: it waits without a timeout since {began_ns / 1e9:.9f} s, and nothing came for an hour "
-        f"of the hub's time; where another thread was to send something, keep time together: with canwire.in_time(hub)"
+        f"this would never end: it waits without a timeout since {began_ns / 1e9:.9f} s, and nothing arrived for an "
+        f"hour of the hub's time; if another thread is to send, run all threads in that time: with canwire.in_time(hub)"
     )

@@ -1,4 +1,4 @@
-"""What the hub answers about cyclic transmit lists."""
+"""The hub's answers to requests about cyclic transmit lists."""
 
 from __future__ import annotations
 

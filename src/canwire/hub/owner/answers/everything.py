@@ -1,4 +1,4 @@
-"""All that a hub answers; a new kind of request needs a function in one of these files, or a separate file here."""
+"""All requests that a hub answers. A new kind of request needs a function in one of these files, or a new file here."""
 
 from __future__ import annotations
 

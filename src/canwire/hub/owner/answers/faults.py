@@ -1,4 +1,4 @@
-"""What the hub answers about faults on its buses."""
+"""The hub's answers to requests about faults on its buses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hub answers about FIFOs."""
+"""The hub's answers to requests about FIFOs."""
 
 from __future__ import annotations
 

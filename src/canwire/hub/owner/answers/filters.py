@@ -1,4 +1,4 @@
-"""What the hub answers about the filters of CAN lines and channels."""
+"""The hub's answers to requests about the filters of CAN lines and channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client opens besides queues and FIFOs: access layers, a line's control, its shares; and closing anything."""
+"""The hub's answers to requests to open access layers, the control of a line and its shares, and to close a lease."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hub answers about LIN lines."""
+"""The hub's answers to requests about LIN lines."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _get_lin_statuses(request: m.GetLinStatuses, session: Session, world: World)
 
 
 def lin_state(slot: LinSlot, lateness: tuple[int, int] = (0, 0)) -> m.LinLineState:
-    """A LIN line as it is now; `lateness` is the hub's: behind_ns and skipped_ns."""
+    """The present state of a LIN line; `lateness` is that of the hub: behind_ns and skipped_ns."""
     holder = "" if slot.control is None else slot.control.name
     behind_ns, skipped_ns = lateness
     status = replace(slot.lin.status(), behind_ns=behind_ns, skipped_ns=skipped_ns)

@@ -1,4 +1,4 @@
-"""What the hub answers about CAN lines; starting, stopping and resetting are LIN lines' too."""
+"""The hub's answers to requests about CAN lines; start, stop and reset also apply to LIN lines."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _detect(request: m.Detect, session: Session, world: World) -> Deferred:
 
 
 def can_of(session: Session, handle: int) -> CanLine:
-    """The CAN line that this control is of; raises Unsupported for a LIN line's."""
+    """The CAN line of this control; raises Unsupported for the control of a LIN line."""
     return _slot_of(session, handle).can
 
 

@@ -1,4 +1,4 @@
-"""What the hub answers about one time for many programs."""
+"""The hub's answers to requests about lockstep time."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _kept(world: World) -> Lockstep:
     """Raises WrongState where each program's time passes by itself."""
     if world.lockstep is None:
         raise WrongState(
-            "this hub's time passes whoever waits: start it with `canwire serve --time lockstep`, or connect without "
+            "this hub is not in lockstep mode: start it with `canwire serve --time lockstep`, or connect without "
             "timed (CANWIRE_TIMED)"
         )
     return world.lockstep

@@ -1,4 +1,4 @@
-"""What programs leave at the hub for each other, and numbers that nobody else has."""
+"""The hub's answers to requests about notes that programs leave for each other, and about unique numbers."""
 
 from __future__ import annotations
 

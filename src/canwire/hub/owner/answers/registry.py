@@ -1,4 +1,4 @@
-"""Which function answers which kind of request; and what many answers look like."""
+"""The function that answers each kind of request, and common forms of answers."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ DONE: Answer = (m.Done(), ())
 
 
 class Answers:
-    """Functions by the kind of request; made of nothing, or of others' together.
+    """Functions by the kind of request; the constructor combines other Answers.
 
-    A function gets the request, the session that asks and the hub's world, and raises CanwireError.
+    A function gets the request, the session that sent it and the hub's world, and raises CanwireError.
     """
 
     def __init__(self, *parts: Answers) -> None:
@@ -49,7 +49,7 @@ class Answers:
 
     @property
     def kinds(self) -> frozenset[type[m.Message]]:
-        """Requests that have an answer here."""
+        """The kinds of requests that have a function here."""
         return frozenset(self._functions)
 
     def _add(self, kind: type[m.Message], function: Answering[Any]) -> None:
@@ -59,5 +59,5 @@ class Answers:
 
 
 def opened(session: Session, held: Held) -> Answer:
-    """It is this session's from now on."""
+    """Give this session a handle of the object, and return the reply."""
     return m.Opened(session.hold(held)), ()

@@ -1,4 +1,4 @@
-"""A node that babbles: it sends one frame again and again, whatever other nodes send."""
+"""A node that babbles: it sends one frame repeatedly, whatever other nodes send."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _AHEAD = 2  # frames queued, so that one follows the other immediately
 
 
 class Babbler:
-    """It has a separate controller, which takes part in the bus as any does: it acknowledges, and may go bus-off.
+    """A node with a separate controller, which takes part in the bus as usual: it acknowledges, and may go bus-off.
 
-    `babbling` counts what it got through, and ends it.
+    `babbling` counts the frames that it has sent successfully, and ends it.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""All faults on the buses of a hub: set, listed, waited for, taken back."""
+"""All faults on the buses of a hub: setting, listing, waiting and cancelling."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WHOSE = ("mine", "left", "all")
 
 
 class FaultBook:
-    """Faults by number. Those of a program end with it, unless they are persistent."""
+    """Faults by number. The faults of a program end with it unless they are persistent."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class FaultBook:
         self._last = 0
 
     def bus_type(self, name: str) -> str:
-        """ "CAN" or "LIN"; raises NoSuchBoard, or Unsupported for where a real adapter is."""
+        """ "CAN" or "LIN"; raises NoSuchBoard, or Unsupported for the bus of a real adapter."""
         if name in self._buses:
             return "CAN" if isinstance(self._buses[name], CanBus) else "LIN"
         for board in self._boards.values():
@@ -61,15 +61,15 @@ class FaultBook:
                 real = line.info.bus not in self._buses and line.info.bus_type == "CAN"
                 if name in (line.line.name, line.info.bus, dict(board.info.resources).get("Port")) and real:
                     raise Unsupported(
-                        f"{name}: {board.info.hardware_id} is a real adapter on a bus of real wire, which only "
-                        "a pair of pliers can disturb; faults are for the hub's own buses"
+                        f"{name}: {board.info.hardware_id} is a real adapter on a real bus, where the hub "
+                        "cannot set faults; it can on its simulated buses"
                     )
         raise NoSuchBoard(f"no bus {name!r}; there are {', '.join(self._buses) or 'none'}")
 
     def set(
         self, bus: str, fault: f.Fault, setter: Holder, lasting_ns: int | None, persistent: bool
     ) -> LiveFault:
-        """Begin it; raises what bus_type and the fault itself raise, BadValue for more than a hub keeps."""
+        """Begin a fault; raises what `bus_type` and the fault itself raise, BadValue if the hub has too many faults."""
         self.bus_type(bus)
         if lasting_ns is not None and not 0 < lasting_ns <= _LONGEST_NS:
             raise BadValue(f"lasting {lasting_ns / 1e9:g} s: longer than 0")
@@ -87,23 +87,23 @@ class FaultBook:
         return live
 
     def release(self, live: LiveFault) -> None:
-        """Its program lets go of it."""
+        """The program of this fault has closed it, or has ended."""
         if not live.persistent:
-            live.end("its program let go of it")
+            live.end("its program closed it or ended")
             self._faults.pop(live.number, None)
 
     def cancel(self, live: LiveFault) -> None:
-        """Its program takes it back."""
+        """The program of this fault cancels it."""
         live.end("cancelled")
         self._faults.pop(live.number, None)
 
     def on(self, bus: str) -> tuple[f.FaultInfo, ...]:
-        """Those of one bus, in the order in which they were set."""
+        """The faults of one bus, in the order in which they were set."""
         self.bus_type(bus)
         return tuple(live.info() for live in self._faults.values() if live.bus == bus)
 
     def clear(self, bus: str, whose: str, who: Holder) -> int:
-        """End those of this program, persistent ones, or all; how many had not ended by themselves."""
+        """End the faults of this program, persistent ones, or all; returns how many had not ended before."""
         self.bus_type(bus)
         if whose not in WHOSE:
             raise BadValue(f"whose {whose!r}: one of {', '.join(WHOSE)}")
@@ -117,18 +117,18 @@ class FaultBook:
         return ended
 
     def board_gone(self, board: Board) -> None:
-        """It is about to be pulled out: its lines go home first."""
+        """The board is about to be pulled out: lines that a fault had disconnected return to their bus first."""
         names = {line.line.name for line in board.lines}
         for live in list(self._faults.values()):
             if names & live.lines:
                 live.end(f"board {board.info.hardware_id} was unplugged")
 
     def stubs(self) -> list[CanBus]:
-        """Where CAN lines are whose plug is pulled."""
+        """The stubs with the CAN lines that a fault has disconnected."""
         return [stub for on in self._on.values() if isinstance(on, CanFaults) for stub in on.stubs()]
 
     def babbled(self) -> bool:
-        """A node babbles, and would keep time running without end."""
+        """True if a node babbles, which would keep time running without end."""
         return any(isinstance(on, CanFaults) and on.babbled() for on in self._on.values())
 
     def _struck(self, live: LiveFault) -> None:

@@ -1,4 +1,4 @@
-"""Faults of one CAN bus, made of what a program asked for."""
+"""Creates the faults of one CAN bus that programs request."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _LARGEST_PPM = 100_000
 
 
 class CanFaults:
-    """What goes wrong on one bus. `begin` raises BadValue, NoSuchBoard, Unsupported for what no fault can be.
+    """The faults of one bus. `begin` raises BadValue, NoSuchBoard or Unsupported for an impossible fault.
 
-    `usual` is the bit timing of the bus where nobody runs. Of several plugs pulled from one line, or cables put in
-    place of one, each counts until it is taken back.
+    `usual` is the bit timing to use while no line runs. If several faults disconnect one line, or replace the cable,
+    each has its effect until it is cancelled.
     """
 
     def __init__(self, bus: CanBus, lines: LinesOf, shorts: Shorts, usual: BitTiming, faults: Faults) -> None:
@@ -59,18 +59,18 @@ class CanFaults:
         }
 
     def begin(self, fault: f.Fault) -> Scripted:
-        """From now on; the result's `cancel` undoes it."""
+        """Begin a fault; `cancel` of the result undoes it."""
         make = self._makers.get(type(fault))
         if make is None:
             raise Unsupported(f"{self._bus.name} is a CAN bus: it knows no {type(fault).__name__}")
         return make(fault)
 
     def stubs(self) -> list[CanBus]:
-        """Where lines are whose plug is pulled."""
+        """The stubs with the lines that a fault has disconnected."""
         return self._islands.stubs()
 
     def babbled(self) -> bool:
-        """A node babbles."""
+        """True if a node babbles."""
         return any(each.times != 0 for each in self._babbling)
 
     # on the wire

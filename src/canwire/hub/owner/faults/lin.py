@@ -1,4 +1,4 @@
-"""Faults of one LIN bus, made of what a program asked for."""
+"""Creates the faults of one LIN bus that programs request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NUMBERS = {"checksum": 0, "no_response": 0, "cut": 1, "stop_bit": 1, "flip": 2,
 
 
 class LinBusFaults:
-    """What goes wrong on one bus. `begin` raises BadValue, NoSuchBoard, Unsupported for what no fault can be."""
+    """The faults of one bus. `begin` raises BadValue, NoSuchBoard or Unsupported for an impossible fault."""
 
     def __init__(self, bus: LinBus, lines: LinesOf, shorts: Shorts, faults: LinFaults) -> None:
         self._bus = bus
@@ -37,7 +37,7 @@ class LinBusFaults:
         }
 
     def begin(self, fault: f.Fault) -> Scripted:
-        """From now on; the result's `cancel` undoes it."""
+        """Begin a fault; `cancel` of the result undoes it."""
         make = self._makers.get(type(fault))
         if make is None:
             raise Unsupported(f"{self._bus.name} is a LIN bus: it knows no {type(fault).__name__}")

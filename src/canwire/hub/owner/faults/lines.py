@@ -1,4 +1,4 @@
-"""Lines by their names, on one bus: what faults that concern a single line need."""
+"""The lines of one bus by their names, for faults of a single line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from canwire.hub.owner.held.lin import LinSlot
 
 
 class LinesOf:
-    """The lines that belong to one bus, those with their plug pulled included."""
+    """The lines that belong to one bus, including those that a fault has disconnected."""
 
     def __init__(
         self, bus: str, boards: Mapping[int, Board], slots: Mapping[tuple[int, int], CanSlot | LinSlot]
@@ -23,7 +23,7 @@ class LinesOf:
         self._slots = slots
 
     def all(self) -> Iterator[CanSlot | LinSlot]:
-        """In the order of plugging."""
+        """All lines, in the order of plugging."""
         for number, board in self._boards.items():
             for index, line in enumerate(board.lines):
                 if line.info.bus == self._bus:
@@ -44,7 +44,7 @@ class LinesOf:
         raise self._none(name)
 
     def running(self) -> CanLine | None:
-        """The first CAN line that runs, whose rate is the bus's."""
+        """The first CAN line that runs; its bit rate is used for the bus."""
         lines = (slot.can for slot in self.all() if isinstance(slot, CanSlot))
         return next((can for can in lines if can.running and can.mode is not None), None)
 

@@ -1,4 +1,4 @@
-"""One fault on a bus of the hub: who set it, what it did so far, and who waits for its end."""
+"""One fault on a bus of the hub: the program that set it, its effects so far, and the calls that wait for its end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ USED_UP = "used up"
 
 @dataclass(eq=False)
 class LiveFault:
-    """`effect` is what does it. `over` says why it has ended, "" until then."""
+    """A fault that was set. `effect` is its implementation. `over` is the reason for its end, "" until then."""
 
     number: int
     bus: str
@@ -34,7 +34,7 @@ class LiveFault:
         self.limit = self.effect.times
 
     def end(self, why: str) -> None:
-        """It is over, and undone; the first reason stays."""
+        """End and undo the fault; the reason of the first call stays."""
         self.effect.cancel()
         if self.timer is not None:
             self.timer.cancel()
@@ -42,7 +42,7 @@ class LiveFault:
             self._tell(why)
 
     def used_up(self) -> None:
-        """It has struck as often as it should (a held level continues to its end), or was cleared on a bench."""
+        """End the fault if it has occurred all its times (a held level continues), or was cleared on a bench."""
         if not self.over and self.effect.times == 0:
             done = self.limit is not None and self.effect.struck >= self.limit
             self._tell(USED_UP if done else "cleared on its bench")
@@ -63,7 +63,7 @@ class LiveFault:
 
 @dataclass(eq=False)
 class HeldFault(Held):
-    """A program's hand on a fault; `release` is called when it ends."""
+    """The lease of a program on a fault; `release` is called when it ends."""
 
     turn = Turn.REFERENCE
     live: LiveFault

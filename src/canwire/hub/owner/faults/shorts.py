@@ -1,4 +1,4 @@
-"""Shorted wires: as long as any fault shorts them."""
+"""Shorted wires: they stay shorted while any fault shorts them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LEVELS = {"ground": 0, "supply": 1}
 
 
 class Shorts:
-    """Who shorts which bus; the wires are free again when the last one has let go."""
+    """The faults that short each bus; the short ends with the last of them."""
 
     def __init__(
         self, buses: Mapping[str, CanBus | LinBus], slots: Mapping[tuple[int, int], LineSlot]
@@ -25,7 +25,7 @@ class Shorts:
         self._by: dict[str, dict[object, int]] = {}
 
     def put(self, name: str, by: object, to: str = "ground") -> None:
-        """Short it; a LIN bus `to` the "supply" too. Raises NoSuchBoard, BadValue."""
+        """Short a bus, a LIN bus `to` "ground" or the "supply". Raises NoSuchBoard, BadValue."""
         if to not in _LEVELS:
             raise BadValue(f"to {to!r}: 'ground' or 'supply'")
         if to != "ground" and isinstance(self._buses.get(name), CanBus):
@@ -34,7 +34,7 @@ class Shorts:
         self._show(name)
 
     def take(self, name: str, by: object) -> None:
-        """This one shorts it no longer; raises NoSuchBoard."""
+        """End the short of this fault; raises NoSuchBoard."""
         self._by.get(name, {}).pop(by, None)
         self._show(name)
 

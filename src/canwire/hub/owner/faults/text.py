@@ -1,4 +1,4 @@
-"""Faults in words, for lists and reports: `flip bit 20 of 123, seen by all, 3 times`."""
+"""Texts of faults, for lists and reports: `flip bit 20 of 123, seen by all, 3 times`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def kind_of(fault: f.Fault) -> str:
 
 
 def text_of(fault: f.Fault) -> str:
-    """One line."""
+    """The text of a fault, one line."""
     return ", ".join(part for part in (_what(fault), _viewers(fault), _often(fault)) if part)
 
 
@@ -37,7 +37,7 @@ def _what(fault: f.Fault) -> str:
 def _level(fault: f.Fault) -> str:
     if isinstance(fault, f.Hold):
         if fault.bits is None:
-            return f"hold {fault.level} {_where(fault.at)}, until it is taken back"
+            return f"hold {fault.level} {_where(fault.at)}, until it is cancelled"
         return (
             f"hold {fault.level} for {fault.bits} {'bit' if fault.bits == 1 else 'bits'} {_where(fault.at)}"
         )
@@ -69,7 +69,7 @@ def _copper(fault: f.Fault) -> str:
 
 def _where(at: f.At) -> str:
     if at is None:
-        return "at once"
+        return "immediately"
     if isinstance(at, int):
         return f"at {at} ns"
     whose = f", bits of {at.line}" if at.line else ""
@@ -92,4 +92,4 @@ def _often(fault: f.Fault) -> str:
     if not hasattr(fault, "times") or (isinstance(fault, f.Hold) and fault.bits is None):
         return ""
     times: int | None = fault.times
-    return "for ever" if times is None else "once" if times == 1 else f"{times} times"
+    return "every time" if times is None else "once" if times == 1 else f"{times} times"

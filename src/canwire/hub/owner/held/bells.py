@@ -1,4 +1,4 @@
-"""Signals to clients that are given together: a client woken for each frame would sleep again in between."""
+"""Signals to clients, given together so that a client is not woken separately for each frame."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LateSignal:
 
 
 class Bells:
-    """`due` are the events to signal, in order; who keeps the hub's time rings them before it waits."""
+    """`due` are the events to signal, in order; the hub's pace rings them before it waits."""
 
     def __init__(self) -> None:
         self.due: deque[EventDescriptor] = deque()
@@ -32,6 +32,6 @@ class Bells:
         return LateSignal(event, self.due)
 
     def ring(self) -> None:
-        """Signal all that are due."""
+        """Signal all events that are due."""
         while self.due:
             self.due.popleft().signal()

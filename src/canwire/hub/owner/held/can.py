@@ -1,4 +1,4 @@
-"""Who holds what on a CAN line, but for its channels: the cyclic list, and shares as Win32 has them."""
+"""The leases on a CAN line except its channels: the cyclic list, and shares like those of Win32."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from canwire.hub.owner.held.line import LineSlot, OnLine
 
 
 class CanSlot(LineSlot):
-    """A CAN line with its holders; when the last of them goes, the line is reset."""
+    """A CAN line with the holders of its leases; the line is reset when the last lease ends."""
 
     queue_noun = "channel"
 
@@ -42,7 +42,7 @@ class CanSlot(LineSlot):
             self.can.abandon()
 
     def initialise(self, holder: Holder, mode: LineMode, done: Done) -> None:
-        """CanLine's, for a program that has the control; raises InUse where the rate is not its to change."""
+        """CanLine.initialise for a program that has the control; raises InUse if it may not change the rate."""
         self._check_rate(holder, mode)
         before = self.can.mode
         if before is not None and before.persistent:
@@ -72,7 +72,7 @@ class CanSlot(LineSlot):
         self.can.close(why)
 
     def status(self, kin: str = "") -> LineStatus:
-        """As programs of this kin see it."""
+        """The status as programs of this interface see it."""
         can, driver = self.can, self.can.line.driver
         counters = driver.counters()
         return LineStatus(
@@ -121,7 +121,7 @@ class HeldScheduler(OnLine):
 
 @dataclass(eq=False)
 class HeldShare(OnLine):
-    """A line that somebody has open for reading or writing."""
+    """The lease of a program that has the line open for reading or writing."""
 
     turn = Turn.SHARE
     slot: CanSlot

@@ -1,4 +1,4 @@
-"""A client's channel as the hub holds it: queues in shared memory, a filter, and whether it is active."""
+"""A client's channel at the hub: queues in shared memory, a filter, and whether it is active."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class HeldChannel(HeldQueue):
     _queues: SharedRings | None = None
 
     def set_up(self, mode: ChannelMode, doorbell: EventDescriptor | None) -> tuple[Descriptor, ...]:
-        """New queues in new memory; descriptors for the client: memory, the receive queue's event, [transmit queue's].
+        """Make queues in new memory. Returns descriptors: memory, the receive queue's event, [the transmit queue's].
 
-        Raises BadValue, BadFilter or OSError, and leaves everything as it was then.
+        Raises BadValue, BadFilter or OSError, and then changes nothing.
         """
         size = mode.filter_size
         chosen = message_filter(mode.filter_mode, 2048 if size else 0, mode.filter_mode, size)
@@ -88,7 +88,10 @@ class HeldChannel(HeldQueue):
                 line.close(self.channel)
 
     def pass_on(self, record: bytes) -> None:
-        """A frame for the line's other channels that take siblings' frames as the bus's; raises BadFrame."""
+        """Pass a frame to the line's other channels that receive siblings' frames like those of the bus.
+
+        Raises BadFrame.
+        """
         line, box = self.slot.can.line, Mailbox()
         frame = frame_of_record(record)
         if record[_KIND_AT]:
@@ -99,13 +102,13 @@ class HeldChannel(HeldQueue):
                 channel.deliver(box, line.timeline.now_ns, 0)
 
     def format_filter(self, extended: bool) -> FormatFilter:
-        """Raises NotInitialised before `set_up`."""
+        """The filter for one frame format; raises NotInitialised before `set_up`."""
         if self.filter is None:
             raise NotInitialised(f"{self.slot.can.line.name}: a channel has filters once it is set up")
         return self.filter.of(extended)
 
     def replace_filters(self, standard: FilterContent, extended: FilterContent) -> None:
-        """In one step, so that an active channel misses nothing. Raises NotInitialised, BadFilter."""
+        """Replace both filters in one step, without loss of frames. Raises NotInitialised, BadFilter."""
         sizes = self.format_filter(False).size, self.format_filter(True).size
         chosen = message_filter(standard.mode, sizes[0], extended.mode, sizes[1])
         for content, made in ((standard, chosen.standard), (extended, chosen.extended)):
@@ -120,7 +123,7 @@ class HeldChannel(HeldQueue):
             raise WrongState(f"{self.slot.can.line.name}: deactivate the channel to change its filter")
 
     def count_refused(self, count: int) -> None:
-        """Frames that its client had no room for. Raises NotInitialised before `set_up`, BadValue below 0."""
+        """Count frames that the client had no room for. Raises NotInitialised before `set_up`, BadValue below 0."""
         if self.channel is None:
             raise NotInitialised(f"{self.slot.can.line.name}: set the channel up first")
         if count < 0:
@@ -148,7 +151,7 @@ class HeldChannel(HeldQueue):
         )
 
     def leave(self) -> None:
-        """Give up what waits to be sent, and the memory."""
+        """Discard frames that wait to be sent, and release the memory."""
         if self.channel is not None:
             self.activate(False)
             self.slot.can.line.cancel(self.channel)

@@ -1,4 +1,4 @@
-"""What everything held has in common, and what it may ask of its holder. This file knows nobody."""
+"""The base class of leases at the hub, and the interface to their holders. This file knows no concrete class."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from canwire.platform import EventDescriptor
 
 
 class Halts(Protocol):
-    """What ends the passing of virtual time: a timeline, or its substitute."""
+    """An object that stops the passing of virtual time: a timeline, or its substitute."""
 
     def halt(self) -> None: ...
 
 
 class Holder(Protocol):
-    """A client, as what it holds sees it; `halts` is called at every signal that it gets, or `bells` give it."""
+    """The client that holds a lease. `halts` is called at each signal to it; with `bells`, these give the signals."""
 
     name: str
     halts: Halts | None
@@ -24,11 +24,11 @@ class Holder(Protocol):
     doorbell: EventDescriptor | None
 
     def channels_changed(self) -> None:
-        """One was activated, deactivated or given back."""
+        """A channel was activated, deactivated or closed."""
 
 
 class Turn(IntEnum):
-    """The order in which a client's things are given back: first what sends by itself, so that nothing new is sent."""
+    """The order in which the leases of a client end: first those that send, so that nothing new is sent."""
 
     SCHEDULER = 0
     QUEUE = 1
@@ -44,15 +44,15 @@ class Held:
     limit: ClassVar[str] = "leases"  # which of the client's limits it counts for (boards/config/limits.py)
 
     def is_on(self, board: int) -> bool:
-        """It dies with this board."""
+        """True if this lease ends when this board is pulled out."""
         return False
 
     def let_go(self) -> None:
-        """Given back: others may have it. Without more, nobody was kept away by it."""
+        """The lease has ended: release what it has reserved. By default it reserves nothing."""
 
 
 class Gone(Held):
-    """The object of a handle whose board was pulled out."""
+    """Replaces the object of a handle whose board was pulled out."""
 
     def __init__(self, text: str) -> None:
         self.text = text

@@ -1,4 +1,4 @@
-"""Who holds what on a LIN line: one control, any number of monitors or a single exclusive one."""
+"""The leases on a LIN line: one control, and any number of monitors or one exclusive monitor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from canwire.values.lin.schedule import LinSchedule
 
 
 class LinSlot(LineSlot):
-    """A LIN line with its holders; when the last of them goes, the line is reset."""
+    """A LIN line with the holders of its leases; the line is reset when the last lease ends."""
 
     queue_noun = "monitor"
 
@@ -32,7 +32,7 @@ class LinSlot(LineSlot):
         self._requesting = False
 
     def initialise(self, holder: Holder, mode: LinMode) -> None:
-        """LinLine's, for a program that has the control; raises InUse where the rate is not its to change."""
+        """LinLine.initialise for a program that has the control; raises InUse if it may not change the rate."""
         now = self.lin.mode
         if now is not None and self.lin.running and now.bit_rate != mode.bit_rate:
             who = "nobody" if self.setter is None else self.setter.name
@@ -42,7 +42,7 @@ class LinSlot(LineSlot):
         self.setter = holder
 
     def run_schedule(self, schedule: LinSchedule | None, rounds: int) -> None:
-        """Run this table in place of another one; None: end the one that runs."""
+        """Run this table in place of the running one; None: only end the running one."""
         if self._scheduler is not None:
             self._scheduler.stop()
             self._scheduler = None
@@ -54,18 +54,18 @@ class LinSlot(LineSlot):
         """Answer node configuration from now on, until the line is next set up or reset. Raises WrongState."""
         mode = self.lin.mode
         if mode is None or mode.master:
-            raise WrongState(f"{self.name}: initialise the line as slave before it is given a configuration")
+            raise WrongState(f"{self.name}: initialise the line as slave before you configure it")
         self._slave = ConfiguredSlave(self.lin, attributes)
 
     @property
     def slave(self) -> ConfiguredSlave:
-        """That answers node configuration here; raises WrongState where none does."""
+        """The slave that answers node configuration on this line; raises WrongState if none does."""
         if self._slave is None or not self._slave.answers:
             raise WrongState(f"{self.name}: it has no node configuration; use configure first")
         return self._slave
 
     def request(self, nad: int, payload: bytes, within_ns: int, done: Answered) -> None:
-        """As master through the transport layer. Raises WrongState, NotInitialised, Busy for a second one at a time."""
+        """Send a request as master. Raises WrongState, NotInitialised, Busy while another request is not over."""
         if self._requesting:
             raise Busy(self.name)
 
@@ -101,7 +101,7 @@ class HeldMonitor(HeldQueue):
     _queue: SharedRings | None = None
 
     def set_up(self, mode: LinMonitorMode) -> tuple[Descriptor, ...]:
-        """A new queue in new memory; descriptors for the client: memory and event."""
+        """Make a queue in new memory. Returns descriptors for the client: memory and event."""
         doorbell = self.holder.doorbell
         queue = SharedRings(
             mode.receive,

@@ -1,4 +1,4 @@
-"""Who holds what on a line of any kind: one control, any number of queues or a single exclusive one."""
+"""The leases on a line of any kind: one control, and any number of queues or one exclusive queue."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from canwire.hub.owner.held.held import Held, Holder, Turn
 
 
 class LineSlot:
-    """A line of a board: who holds its control, and the queues on it, which are channels (CAN) or monitors (LIN)."""
+    """A line of a board: the holder of its control, and its queues, which are channels (CAN) or monitors (LIN)."""
 
     queue_noun: ClassVar[str]
 
@@ -25,50 +25,52 @@ class LineSlot:
 
     @property
     def exclusive(self) -> bool:
-        """A queue has the line for itself."""
+        """True if a queue uses the line exclusively."""
         return any(queue.exclusive for queue in self.queues)
 
     def admit(self, what: str, holder: Holder | None) -> None:
-        """Raise InUse if somebody holds it."""
+        """Raise InUse if `what` has a holder."""
         if holder is not None:
             raise InUse(f"{self.name}: {what} is held by {holder.name}")
 
     def admit_queue(self, exclusive: bool) -> None:
-        """Raise InUse for an exclusive queue beside others, or any beside an exclusive one."""
+        """Raise InUse for an exclusive queue if there are others, and for any queue if there is an exclusive one."""
         if self.queues and (exclusive or self.exclusive):
             noun = self.queue_noun
             there = f"an exclusive {noun}" if self.exclusive else f"{len(self.queues)} {noun}s"
             raise InUse(f"{self.name}: {there} on it already, of {self.queues[0].holder.name}")
 
     def users(self) -> list[Holder]:
-        """Everybody who has anything open here but shares, a program once for each."""
+        """The holder of each lease on this line except shares; a program appears once for each of its leases."""
         return [queue.holder for queue in self.queues] + ([] if self.control is None else [self.control])
 
     def used_by(self, holder: Holder | None) -> bool:
-        """It has anything open here."""
+        """True if this client has a lease on this line."""
         return any(user is holder for user in self.users())
 
     def check_rate(self, holder: Holder, kin: tuple[str, str], now: str, wanted: str) -> None:
-        """Before a running line is set to another rate: it keeps its own as long as others are there.
+        """Raise InUse, with both rates, if another rate is requested for a running line that other programs use.
 
-        Not for who set it up, and where its `kin` is that of the new setting. Raises InUse with both rates.
+        The program that has set the line up may change the rate, and so may one of the same interface (`kin`).
         """
         if holder is self.setter or (kin[0] and kin[0] == kin[1]):
             return
         if any(user is not holder for user in self.users()):
-            raise InUse(f"{self.name} runs at {now}; it cannot be set to {wanted} as long as others use it")
+            raise InUse(
+                f"{self.name} runs at {now}; it cannot be set to {wanted} while other programs use it"
+            )
 
     def settle(self) -> None:
-        """Somebody let go: nobody left means nobody's settings (VCI V4 manual 5.2.3, closing the control unit)."""
+        """A lease has ended: reset the line if none is left (VCI V4 manual 5.2.3, closing the control unit)."""
         raise NotImplementedError
 
     def close(self, why: CanwireError) -> None:
-        """The board is gone; every waiting call gets this error."""
+        """The board was pulled out: every waiting call gets this error."""
         raise NotImplementedError
 
 
 class OnLine(Held):
-    """Something held on a line."""
+    """A lease on a line."""
 
     slot: LineSlot
 
@@ -80,7 +82,7 @@ class OnLine(Held):
         self.slot.settle()
 
     def leave(self) -> None:
-        """Its place on the line is free; the line settles afterwards."""
+        """Release the place of this lease on the line; `settle` of the line follows."""
         raise NotImplementedError
 
 
@@ -101,7 +103,7 @@ class HeldControl(OnLine):
 
 @dataclass(eq=False)
 class HeldSettings(OnLine):
-    """A line's settings stay for as long as somebody has this."""
+    """A lease that keeps the settings of a line while it is held."""
 
     turn = Turn.SHARE
     slot: LineSlot
@@ -125,9 +127,9 @@ class HeldQueue(OnLine):
     kin = ""  # the interface that its program speaks
 
     def activate(self, active: bool) -> None:
-        """Connect it to the line, or take it off; raises NotInitialised before it was set up."""
+        """Connect the queue to the line, or disconnect it; raises NotInitialised before it was set up."""
         raise NotImplementedError
 
     def counted(self, name: str) -> int:
-        """One of its counters; 0 before it is set up, and where it has none of that name."""
+        """The value of one counter; 0 before the queue is set up, and for an unknown name."""
         return 0

@@ -1,4 +1,4 @@
-"""FIFOs between any two clients: the hub makes their memory and sees that each end is open once."""
+"""FIFOs between any two clients: the hub allocates their memory and ensures that each end is open once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LARGEST = 0xFFFF
 
 @dataclass
 class Pipe:
-    """One FIFO, kept for as long as somebody refers to it."""
+    """One FIFO, kept while references to it exist."""
 
     id: int
     capacity: int
@@ -38,7 +38,7 @@ class Pipe:
     ends: set[str] = field(default_factory=set)
 
     def copies(self) -> tuple[Descriptor, ...]:
-        """For a client: memory, the reader's event, the writer's event; the caller owns them."""
+        """Copies of the descriptors, which the caller owns: memory, the reader's event, the writer's event."""
         copies: list[Descriptor] = []
         try:
             copies += duplicate((self.memory,))
@@ -73,10 +73,10 @@ class Pipes:
         return pipe
 
     def open(self, number: int, role: str) -> Pipe:
-        """A reference more; raises NoSuchBoard, BadValue, or InUse for an end that is open."""
+        """Add a reference; raises NoSuchBoard, BadValue, or InUse for an end that is already open."""
         pipe = self._pipes.get(number)
         if pipe is None:
-            raise NoSuchBoard(f"no FIFO {number}; it goes when nobody refers to it any more")
+            raise NoSuchBoard(f"no FIFO {number}; a FIFO is removed when no program refers to it")
         if role not in (FIFO, READER, WRITER):
             raise BadValue(f"role {role!r} of a FIFO: {FIFO}, {READER} or {WRITER}")
         if role != FIFO:
@@ -87,7 +87,7 @@ class Pipes:
         return pipe
 
     def close(self, pipe: Pipe, role: str) -> None:
-        """A reference less; with the last one it is gone."""
+        """Remove a reference; the last one removes the FIFO."""
         pipe.ends.discard(role)
         pipe.references -= 1
         if pipe.references == 0:
@@ -97,7 +97,7 @@ class Pipes:
             close_descriptors(pipe.memory)
 
     def reset(self, pipe: Pipe) -> None:
-        """Drop what is in it; raises WrongState while an end is open."""
+        """Empty the FIFO; raises WrongState while an end is open."""
         if pipe.ends:
             raise WrongState(f"FIFO {pipe.id}: its {' and '.join(sorted(pipe.ends))} is open")
         pipe.ring.clear()
@@ -117,7 +117,7 @@ class HeldPipe(Held):
 
 
 def page_capacity(capacity: int, element_size: int) -> int:
-    """Elements that fit the whole pages which `capacity` of them take, 65535 at most.
+    """The number of elements that fit into the whole pages needed for `capacity` elements, at most 65535.
 
     >>> page_capacity(32, 16)
     254

@@ -1,4 +1,4 @@
-"""The hub's ends of rings in memory that a client has too: events signal the client, a doorbell the hub."""
+"""The hub's ends of rings in memory shared with a client: events signal the client, a doorbell signals the hub."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from canwire.ring import Ring, Signalled, ring_size, rounded_capacity
 
 
 class Halting:
-    """An event that also ends the passing of virtual time: somebody has something to look at."""
+    """An event that also stops the passing of virtual time, so that its receiver can react."""
 
     def __init__(self, event: EventDescriptor, halts: Halts) -> None:
         self._event = event
@@ -32,11 +32,11 @@ class Halting:
 
 
 class SharedRings:
-    """A ring that a client reads and, with room for `transmit` frames, one that it writes; in one memory.
+    """A ring that a client reads and, with room for `transmit` frames, one that it writes, in one memory.
 
-    `hand_over` gives the client its descriptors; the hub itself keeps one for each event, and the memory. `halts`
-    is called at signals in virtual time; with `bells` they are given when those are rung. Raises BadValue, and OSError
-    with nothing left behind.
+    `hand_over` returns the client's descriptors; the hub keeps one for each event, and the memory. `halts` is called
+    at signals in virtual time; with `bells`, signals are given when these ring. Raises BadValue and OSError, and then
+    leaves nothing open.
     """
 
     def __init__(
@@ -69,14 +69,14 @@ class SharedRings:
             raise
 
     def hand_over(self) -> tuple[Descriptor, ...]:
-        """Memory, the receive ring's event, the transmit ring's event if there is one; once, they are the asker's."""
+        """The descriptors, once: memory, the receive ring's event, [the transmit ring's]; the caller owns them."""
         given, self._for_client = tuple(self._for_client), []
         return given
 
     def close(self) -> None:
-        """Let go of memory and events; the client keeps what it has.
+        """Release memory and events; the client keeps its own descriptors.
 
-        A frame that is on the wire then may still be reported here: no client is signalled any more.
+        A frame that is on the wire now may be reported later: that signals no client.
         """
         for ring in (self.receive, self.transmit):
             if ring is not None:

@@ -1,4 +1,4 @@
-"""Programs that keep one time, as the hub knows them: their connections, their threads, and what each waits for."""
+"""The programs in lockstep at the hub: their connections, their threads, and the wait of each thread."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _THREADS = 4096  # of one program that take part
 
 
 class Looked(Protocol):
-    """The hub's world: it looks at a session's transmit queues, and `warn` tells people what they should know."""
+    """The hub's world: `kick` checks the transmit queues of a session, and `warn` gets warnings for users."""
 
     warn: Callable[[str], object]
 
@@ -35,7 +35,7 @@ class Looked(Protocol):
 
 
 class Lockstep:
-    """Everybody who keeps one time. `standstill` is the sentence that says why time does not pass, or ""."""
+    """All programs in lockstep. `standstill` is the sentence that says why time does not pass, or ""."""
 
     def __init__(self, timeline: Timeline, held: HeldTime, turns: Turns, world: Looked) -> None:
         self.turns = turns
@@ -53,17 +53,17 @@ class Lockstep:
 
     @property
     def occupied(self) -> bool:
-        """Somebody takes part."""
+        """True if a thread takes part."""
         return bool(self._seats)
 
     def has(self, session: Session) -> bool:
-        """This connection is one of a program that takes part."""
+        """True if this connection belongs to a program that takes part."""
         return session in self._of_session
 
     # requests
 
     def join(self, session: Session, request: m.JoinTime) -> Turn:
-        """This connection belongs to a program that takes part; so does the thread that asks, if it did not yet."""
+        """Add this connection to a program that takes part, and the calling thread if it does not take part yet."""
         if session in self._of_session and self._of_session[session].word != request.program:
             raise WrongState(f"{session.name} takes part in the hub's time as another program")
         program = self._programs.get(request.program) or self._new_program(session, request)
@@ -78,7 +78,7 @@ class Lockstep:
         return self._ask(seat, joined)
 
     def wait(self, session: Session, request: m.AwaitTurn) -> Turn:
-        """The answer comes at this thread's turn, with the time it is then."""
+        """Wait for this thread's next turn; the answer is given then, with the time."""
         program = self._of(session)
         seat = self._at(program, session, request.thread)
         self._sends(program, seat)
@@ -93,7 +93,7 @@ class Lockstep:
             self._stand_up(seat)
 
     def stir(self) -> None:
-        """Everybody looks again."""
+        """Give each thread a turn at this instant, to check again."""
         for seat in self._seats.values():
             seat.participant.woken = True
 
@@ -112,7 +112,7 @@ class Lockstep:
     # for sessions
 
     def blocked(self, session: Session, answer: Deferred) -> Deferred:
-        """An answer that takes time: the thread that asked, which is the one that runs, has it at its turn."""
+        """An answer that takes time: the thread that called, which is the running one, receives it at its turn."""
         running = self.turns.running
         seat = None if running is None else self._seats[running]
         if (
@@ -129,7 +129,7 @@ class Lockstep:
         return later
 
     def rung(self, session: Session) -> None:
-        """Its doorbell: what the program that runs has sent is looked at when it waits, and so always alike."""
+        """A session's doorbell. Frames of the running program are read when it waits, so always in the same order."""
         program, page = self._of(session), self._pages.get(session)
         if page is not None:
             if page.words.called() and page.thread in program.seats:
@@ -151,7 +151,7 @@ class Lockstep:
             program.halt()
 
     def gone(self, session: Session) -> None:
-        """A connection has ended; with its last one a program is let go."""
+        """A connection has ended; a program leaves with its last connection."""
         program = self._of_session.pop(session, None)
         if program is None:
             return
@@ -172,7 +172,7 @@ class Lockstep:
     # for the pace
 
     def give_turn(self) -> None:
-        """Let the next one run whose turn it is, if it is anybody's."""
+        """Let the next thread run whose turn has come, if there is one."""
         one = self.turns.next(self._timeline.now_ns)
         if one is None:
             return
@@ -186,7 +186,7 @@ class Lockstep:
             asked.settle(answer or (m.Number(self._timeline.now_ns), ()))
 
     def stands(self, repeats: bool) -> None:
-        """Time stands for longer than anybody should have to wait: say why. `repeats`: they run, but no time passes."""
+        """Report why no time has passed for too long. `repeats`: threads run repeatedly at one instant."""
         self.standstill = f"time stands at {_seconds(self._timeline.now_ns)}: {self._why(repeats)}"
         self._say(self.standstill)
 

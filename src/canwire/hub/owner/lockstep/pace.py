@@ -1,4 +1,4 @@
-"""How time passes for programs that keep it together: while all of them wait, as quickly as it can or may."""
+"""How time passes for programs in lockstep: while all of them wait, as fast as possible or as the pace allows."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 5.0
 _LONGEST_SILENCE_NS = (
-    3_600_000_000_000  # that everybody waits for without a timeout: boards' clocks tick for ever
+    3_600_000_000_000  # of a wait of all programs without a timeout: boards' clocks tick without end
 )
 _STEP_NS = 2_000_000  # bus time between two looks at the clock
 _SLICE, _NEVER = SLICE_NS, NEVER  # for the compiled form, which has them as C numbers
 
 
 class LockstepPace(RealPace):
-    """The timeline goes from one wait to the next.
+    """The timeline advances from one wait to the next.
 
-    Whoever runs for `patience_s` of the clock is named, and whoever runs for twice as long in turns of one instant.
+    A warning names a thread that runs for `patience_s` of the clock, or for twice as long in turns at one instant.
     """
 
     def __init__(
@@ -39,18 +39,18 @@ class LockstepPace(RealPace):
         self._held = world.lockstep.held
         self._patience_ns = round(patience_s * 1e9)
         self._instant = -1  # bus time, when it was last looked at
-        self._stand_given = 0  # whom time waited for then: turns so far, ...
-        self._stand_runs: Participant | None = None  # ... who runs, ...
-        self._missing: str | None = None  # ... who is missing (None: nobody came yet), ...
+        self._stand_given = 0  # what time waited for then: turns so far, ...
+        self._stand_runs: Participant | None = None  # ... the running thread, ...
+        self._missing: str | None = None  # ... missing programs (None: none has joined yet), ...
         self._stand_ns = clock_ns()  # ... and since when of the clock
         self._spent_ns: dict[Participant, int] = {}  # of the clock, in turns that ended at this instant
-        self._told = self._told_of_repeats = False  # of this stand, of this instant
+        self._told = self._told_of_repeats = False  # warned about this wait, about this instant
 
     def lateness(self) -> tuple[int, int]:
         return 0, 0
 
     def catch_up(self) -> None:
-        """What is asked meanwhile finds the time of this instant; where that is held to the clock, its time."""
+        """Without a pace, requests find the time of this instant; with one, time advances to that of the clock."""
         if not self._held.factor:
             return
         until_ns, now_ns = self._turns.until_ns(), self._timeline.now_ns
@@ -84,7 +84,7 @@ class LockstepPace(RealPace):
         return self._held.limit_ns(self._timeline.now_ns, next_ns, self._monotonic_ns())
 
     def _watch(self, now_ns: int) -> float | None:
-        """Time stands: the seconds until somebody has to be named for it, None: nobody, or that was done."""
+        """While no time passes: the seconds until a warning is due, None: no warning, or it was given."""
         self._look(now_ns)
         if self._told or not self._lockstep.occupied:
             return None
@@ -104,10 +104,10 @@ class LockstepPace(RealPace):
         return self._watch(now_ns)
 
     def _look(self, now_ns: int) -> None:
-        """Whom time waits for, and since when.
+        """Find out which thread time waits for, and since when.
 
-        Nobody answers for a time that passed before it came, nor for what others spend at this instant. A turn that
-        was named for its length counts for itself alone.
+        A thread is not blamed for time before it joined, nor for the turns of others at this instant. A turn that was
+        reported for its length is not counted again.
         """
         lockstep, turns, instant = self._lockstep, self._turns, self._timeline.now_ns
         missing = turns.missing if lockstep.occupied else None

@@ -1,4 +1,4 @@
-"""A process that keeps one time with others, and its threads, as the hub knows them."""
+"""A process in lockstep with others, and its threads, at the hub."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class Turn(Deferred):
-    """An answer that comes when somebody may run."""
+    """An answer that is given when its thread may run."""
 
 
 class Seat:
-    """A thread that takes part. `asked` waits for its turn, which then gets `answer`, or the time; or `page` does."""
+    """A thread that takes part. At its turn, `asked` is settled with `answer` or the time, or `page` gets the time."""
 
     def __init__(self, program: Program, participant: Participant) -> None:
         self.program = program
@@ -32,7 +32,7 @@ class Seat:
 
 
 class Program:
-    """A process: its connections, and those of its threads that take part. `halt` is called by each of its signals."""
+    """A process: its connections, and its threads that take part. Each signal to it calls `halt`."""
 
     def __init__(self, word: str, number: int, timeline: Timeline) -> None:
         self.word = word
@@ -44,18 +44,18 @@ class Program:
         self._timeline = timeline
 
     def runs(self) -> bool:
-        """One of its threads does."""
+        """True if one of its threads runs."""
         for seat in self.seats.values():
             if not seat.participant.waits:
                 return True
         return False
 
     def seat_name(self) -> str:
-        """What its threads are called in the order of turns; "" where none takes part."""
+        """The name of its threads in the order of turns; "" if none takes part."""
         return next((seat.participant.name for seat in self.seats.values()), "")
 
     def halt(self) -> None:
-        """Something was signalled: its threads look again at this instant, and no more time passes before that."""
+        """A signal has arrived: the threads check again at this instant, before more time passes."""
         for seat in self.seats.values():
             seat.participant.woken = True
         self._timeline.halt()

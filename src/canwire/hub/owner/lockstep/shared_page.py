@@ -1,4 +1,4 @@
-"""The hub's end of a page by which one thread waits for its turns."""
+"""The hub's end of a page by which a thread waits for its turns."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from canwire.platform import EventDescriptor, close_descriptors, create_memory, 
 
 
 class SharedPage:
-    """New memory and a new event for this thread; `hand_over` has the program's descriptors.
+    """New memory and a new event for a thread; `hand_over` returns the program's descriptors.
 
-    Raises OSError with nothing left behind.
+    Raises OSError, and then leaves nothing open.
     """
 
     def __init__(self, thread: int) -> None:
@@ -24,12 +24,12 @@ class SharedPage:
             raise
 
     def hand_over(self) -> tuple[int, ...]:
-        """Memory and event; once, they are the asker's."""
+        """The descriptors of memory and event, once; the caller owns them."""
         given, self._for_program = self._for_program, ()
         return given
 
     def give(self, now_ns: int) -> None:
-        """Its thread may run."""
+        """Let the thread run; the time is `now_ns`."""
         self.words.give(now_ns)
         self._event.signal()
 

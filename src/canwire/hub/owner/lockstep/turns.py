@@ -1,8 +1,8 @@
-"""Whose turn it is among programs that keep one time. No I/O, no clock: time is handed in.
+"""The order of turns of programs in lockstep. No I/O and no clock: times are arguments.
 
-One participant runs at a time. Time passes only while all of them wait; at an instant those whose time has come, or to
-whom something was signalled, run one after the other in the order of their places, in rounds until nobody is left. So
-what they do reaches the buses in an order that no scheduler has a part in.
+One participant runs at a time. Time passes only while all of them wait. At one instant, the participants whose time has
+come, or that have received a signal, run one after the other in the order of their places, in rounds until none is
+left. So the order of their actions on the buses does not depend on the system's scheduler.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ _PIECES = re.compile(r"(\d+)|(\D+)")
 
 
 class Participant:
-    """A thread of a program. `until_ns` counts while it `waits`; `woken`: its turn comes at this very instant.
+    """A thread of a program. `until_ns` counts while it `waits`; `woken`: it has a turn at this instant.
 
-    One that is `deaf` waits for something that only `Turns.wake` tells of.
+    A `deaf` one ignores signals: only `Turns.wake` ends its wait.
     """
 
     __slots__ = ("deaf", "name", "place", "thread", "until_ns", "waits", "woken")
@@ -44,9 +44,9 @@ _place_of = attrgetter("place")
 
 
 class Turns:
-    """Everybody who takes part, in order: as `names` has them, then by name (`ecu2` before `ecu10`).
+    """All participants in order: first as in `names`, then by name (`ecu2` before `ecu10`).
 
-    Nobody gets a turn before `expected` participants are there and every one of `names`; from then on they come and go.
+    Turns begin once `expected` participants and all of `names` have joined; later ones may join and leave at any time.
     """
 
     def __init__(self, expected: int = 1, names: Sequence[str] = ()) -> None:
@@ -56,18 +56,18 @@ class Turns:
         self._names = tuple(names)
         self._begun = False
         self._everybody: list[Participant] = []
-        self._last: Participant | None = None  # who had the last turn of this instant ...
+        self._last: Participant | None = None  # had the last turn of this instant ...
         self._after: Place | None = None  # ... and its place, should it be gone
         self._instant_ns = -1
 
     @property
     def everybody(self) -> Sequence[Participant]:
-        """In the order of their turns."""
+        """All participants, in the order of their turns."""
         return self._everybody
 
     @property
     def missing(self) -> str:
-        """Who is still expected, in words; "" once time has begun."""
+        """The participants still expected, as text; "" once time has begun."""
         if self._begun:
             return ""
         absent = [name for name in self._names if all(one.name != name for one in self._everybody)]
@@ -77,7 +77,7 @@ class Turns:
         return f"{short} of {self._expected} programs" if short > 0 else ""
 
     def add(self, name: str, program: int, thread: int) -> Participant:
-        """Somebody new, whose turn comes at this instant. Among equal names `program` decides, then `thread`."""
+        """Add a participant, with a turn at this instant. Equal names are ordered by `program`, then by `thread`."""
         rank = self._names.index(name) if name in self._names else len(self._names)
         new = Participant(name, thread, (rank, _natural(name), program, thread))
         insort(self._everybody, new, key=_place_of)
@@ -85,14 +85,14 @@ class Turns:
         return new
 
     def remove(self, one: Participant) -> None:
-        """It takes part no longer; a second time nothing happens."""
+        """Remove a participant; a second call has no effect."""
         if one is self.running:
             self.running = None
         if one in self._everybody:
             self._everybody.remove(one)
 
     def wait(self, one: Participant, until_ns: int, *, deaf: bool = False) -> None:
-        """Its turn is over; the next one comes at `until_ns` (NEVER: at a signal only), sooner if it is woken."""
+        """End its turn; the next one is at `until_ns` (NEVER: only at a signal), or sooner if it is woken."""
         one.deaf = deaf
         if one is self.running:
             self.running = None
@@ -100,11 +100,11 @@ class Turns:
         one.until_ns = until_ns
 
     def wake(self, one: Participant) -> None:
-        """It looks again at this instant; one that runs does so at its next wait."""
+        """Give it a turn at this instant; if it is running, after its next wait."""
         one.woken, one.deaf = True, False
 
     def next(self, now_ns: int) -> Participant | None:
-        """Who runs from now on; None while somebody runs already, is missing, or nobody's time has come."""
+        """The participant that runs from now on; None if one runs, one is missing, or none is due."""
         if self.running is not None or not self._begun:
             return None
         if now_ns != self._instant_ns:
@@ -118,9 +118,9 @@ class Turns:
         return found
 
     def until_ns(self) -> int:
-        """Until when time may pass, NEVER: until something is signalled. Only while everybody waits, and after `next`.
+        """The time up to which time may pass, NEVER: until a signal. Call it after `next`, while all wait.
 
-        Where nobody takes part, or somebody is missing, that is the beginning: it must not pass.
+        0 if there is no participant, or if one is missing or runs: time must not pass.
         """
         if self.running is not None or not self._begun or not self._everybody:
             return 0
@@ -130,7 +130,7 @@ class Turns:
         return soonest
 
     def _first_due(self, now_ns: int) -> Participant | None:
-        """Rounds: after the one who had the last turn first, so that whoever waits for nothing holds up nobody."""
+        """The next one due after the last turn, in rounds, so that one that never waits does not block the others."""
         count, begin = len(self._everybody), self._begin()
         for k in range(count):
             one = self._everybody[begin + k if begin + k < count else begin + k - count]
@@ -148,5 +148,5 @@ class Turns:
 
 
 def _natural(name: str) -> tuple[tuple[int, int, str], ...]:
-    """For sorting: numbers by their value."""
+    """A key for sorting in which numbers count by value."""
     return tuple((0, int(n), "") if n else (1, 0, text) for n, text in _PIECES.findall(name))

@@ -66,7 +66,7 @@ class Given:
             until.append((end, now_ns))
 
     def alike(self, sent: int) -> tuple[int, int]:
-        """How many commands after `sent` were given at the same time, and their stamp; 0: not needed."""
+        """The number of commands after `sent` that were given at the same time, and their stamp; 0: no stamp needed."""
         for end, at_ns in self._until:
             if end > sent:
                 return end - sent, self._clock.stamp(at_ns)

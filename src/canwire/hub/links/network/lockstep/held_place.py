@@ -14,7 +14,7 @@ Done = Callable[[int | None], object]
 
 
 class HeldPlace:
-    """Over the hub's page for it. Any thread may call; until `end`."""
+    """A place, by the hub's page for it, until `end`. Any thread may call."""
 
     def __init__(self, page: TurnWait) -> None:
         self._page = page
@@ -25,7 +25,7 @@ class HeldPlace:
         threading.Thread(target=self._run, name="canwire-turns", daemon=True).start()
 
     def begin(self, until_ns: int, done: Done) -> None:
-        """Wait until then; `done` is called once, in another thread or here."""
+        """Begin to wait until then; `done` is called once, in another thread or in this one."""
         with self._lock:
             before = self._done
             if not self._ended:

@@ -26,7 +26,7 @@ _LOST = failed(HubLost("the hub is gone, or this thread waits for another turn a
 
 
 class Places:
-    """Of one connection; `mirror` has its rings by number. Calls may come from any thread."""
+    """The places of one connection; `mirror` returns a ring by its number. Any thread may call."""
 
     def __init__(self, link: Link, mirror: Callable[[int], object]) -> None:
         self.timed = False  # once it has asked to take part
@@ -37,7 +37,7 @@ class Places:
         self._pages: dict[int, HeldPlace] = {}  # by thread: there is one at most
 
     def call(self, asked: Asked, request: m.Message) -> Answer:
-        """Link.call, behind what the program has left in its rings."""
+        """Link.call, after the records that the program has left in its rings."""
         self._find(asked)
         self._tell_others()
         if isinstance(request, m.JoinTime):
@@ -47,9 +47,9 @@ class Places:
     def begins(
         self, asked: Asked, request: m.Message, answer: Callable[[m.Message], object], *, may_wait: bool
     ) -> bool:
-        """A wait for a turn by the hub's page begins immediately, and is answered when it is over.
+        """Begin a wait for a turn by the hub's page; `answer` is called when it is over.
 
-        False for any other request, and where something has to be asked of the hub before and nobody `may_wait`.
+        False for any other request, and if the hub has to be called before and the caller may not wait (`may_wait`).
         """
         page = self._pages.get(request.thread) if isinstance(request, m.AwaitTurn) else None
         if page is None or not isinstance(request, m.AwaitTurn):
@@ -68,7 +68,7 @@ class Places:
                     self.stir()
 
     def signalled(self) -> None:
-        """What the program did in a FIFO is what its other end waits for."""
+        """The program has used a FIFO whose other end may wait for that."""
         self._signalled = True
 
     def _tell_others(self) -> None:
@@ -82,7 +82,7 @@ class Places:
         return ring_states.taken(mirrors) if self.timed else ()
 
     def stir(self) -> None:
-        """The program's threads look again."""
+        """Make the program's threads check again."""
         for page in list(self._pages.values()):
             page.stir()
         self._link.doorbell.signal()

@@ -15,7 +15,7 @@ from canwire.hub.links.network.wire import Report
 
 
 def left(mirrors: Iterable[object]) -> States:
-    """By the program: each ring's number, records taken out (0 where it writes), what it waits for (0: nothing)."""
+    """The program's rings: number, records read (0 for a ring that it writes), position it waits for (0: none)."""
     return tuple(
         (one.number, one.taken if isinstance(one, Incoming) else 0, one.wanted)
         for one in mirrors
@@ -24,7 +24,7 @@ def left(mirrors: Iterable[object]) -> States:
 
 
 def found(states: States, mirror: Callable[[int], object]) -> bool:
-    """The hub's rings are as the program has left its copies; has what it waits for happened? Raises BadMessage."""
+    """Set the hub's rings to the states of the program's copies; True if its wait is over. Raises BadMessage."""
     here = False
     for number, taken, wanted in states:
         one = mirror(number)
@@ -36,12 +36,12 @@ def found(states: States, mirror: Callable[[int], object]) -> bool:
 
 
 def taken(mirrors: Iterable[object]) -> Positions:
-    """What the hub has taken from the program's rings."""
+    """The positions up to which the hub has read the program's rings."""
     return tuple((one.number, one.taken) for one in mirrors if isinstance(one, Incoming))
 
 
 def acknowledged(positions: Positions, mirror: Callable[[int], object]) -> None:
-    """The program's rings have room for what the hub has taken; raises BadMessage."""
+    """Free the room in the program's rings that the hub has read; raises BadMessage."""
     for number, count in positions:
         one = mirror(number)
         if isinstance(one, Outgoing):

@@ -29,7 +29,7 @@ class OutgoingStirs:
         return self.sent != self._received
 
     def batches(self, now_ns: int, *, at_once: bool = False) -> list[bytes]:
-        """The number, if it is a new one."""
+        """A payload with the number, if it is new."""
         written = self.written
         if written == self.sent:
             return []
@@ -37,7 +37,7 @@ class OutgoingStirs:
         return [wire.frames(self.number, written - 1, memoryview(b""))]
 
     def acknowledge(self, report: Report) -> None:
-        """That number has come."""
+        """The hub has received this number."""
         if report.received > self.written:
             raise BadMessage(f"{report} of {self.written} stirs")
         self._received = max(self._received, report.received)
@@ -69,7 +69,7 @@ class IncomingStirs:
         return True
 
     def sent(self, position: int) -> None:
-        """The other end has sent so many, and wants to know."""
+        """The other end has sent up to this number, and requests a report."""
         self._asked = True
         self._missing |= position > self.received
 

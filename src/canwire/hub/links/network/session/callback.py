@@ -11,7 +11,7 @@ from canwire.hub.links.network.session.settings import load_zenoh
 
 
 class _Known(threading.local):
-    """Belongs to the interpreter's own record of a thread, and goes with it."""
+    """Part of the interpreter's record of a thread, and removed with it."""
 
     kept = False
 
@@ -20,7 +20,7 @@ _known = _Known()
 
 
 def direct(work: Callable[[Any], object]) -> Any:
-    """A handler of Zenoh's that calls `work` in the thread that received something: `work` must not wait.
+    """A handler for Zenoh that calls `work` in the receiving thread: `work` must not wait.
 
     A thread that the interpreter did not start gets a record for each call otherwise, with a stack that the system
     maps and unmaps again: half of what a batch of frames costs.

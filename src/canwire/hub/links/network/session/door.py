@@ -21,7 +21,7 @@ class Door(enum.Enum):
 
 
 def at_the_door(endpoint: str) -> Door:
-    """Look there."""
+    """Connect to this endpoint, and return what happens."""
     try:
         with socket.create_connection(host_and_port(endpoint), _CONNECT_S) as end:
             end.settimeout(_LOOK_S)

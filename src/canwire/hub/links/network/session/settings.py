@@ -123,7 +123,7 @@ def _asking(access: Access) -> Settings:
 def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
     """Each user may use separate keys and see the list of hubs, but no keys of other users and nothing else.
 
-    A `hub` that comes to a router has everybody's.
+    A `hub` at a router has the keys of all users.
     """
     own = [_rule(user, _ALL + _TOKENS, f"canwire/*/to/*/{user}/**") for user in users]
     everybody = _rule("hubs ", _TOKENS, "canwire/*/hub/**")  # no user's name has a space
