@@ -1,6 +1,6 @@
 """Signals are handled outside of imports: one that comes in the middle of an import has to wait for its end.
 
-An exception in the import system's own code can leave a module's lock taken, on which the next import waits for ever,
+An exception in the import system's own code can leave a module's lock taken, on which the next import waits without end,
 or be raised where the interpreter only prints it (the callback that forgets such a lock), and the signal has done
 nothing. One in a module that makes classes can crash an extension that does not expect it (msgspec 0.22, whose code
 runs Python's there). An import that takes long is interrupted all the same, but not in the import system's own code.
@@ -85,7 +85,7 @@ class _Later:
             return
         if (
             frame.f_code.co_filename == _HERE
-        ):  # the end of its own handling, in the midst of what was interrupted
+        ):  # the end of this handling, inside what was interrupted
             return
         if self._import is None:
             self._import = _outermost_import(frame)
@@ -96,7 +96,7 @@ class _Later:
 
 
 def _outermost_import(frame: FrameType | None) -> FrameType | None:
-    """The import that this frame is part of, as far as it was begun by what `signals_outside_imports` called."""
+    """The outermost import that this frame is part of, among those begun by what `signals_outside_imports` called."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
         if _is_machinery(frame):
