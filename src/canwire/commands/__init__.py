@@ -65,9 +65,7 @@ VERBS = {
     "load": Verb("canwire.commands.live.load", "show how busy the buses of the hub are"),
     "view": Verb("canwire.commands.view.verb", "show a line of the hub as a table, one row per identifier"),
     "detect": Verb("canwire.commands.live.detect", "find the bit rate of a bus, only listening"),
-    "doctor": Verb(
-        "canwire.commands.doctor.verb", "find what keeps canwire from working, and how to fix it"
-    ),
+    "doctor": Verb("canwire.commands.doctor.verb", "find what keeps canwire from working, and how to fix it"),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "isotp": Verb(

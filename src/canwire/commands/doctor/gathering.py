@@ -188,7 +188,9 @@ def _trouble(status: LineStatus) -> str:
     if status.coupling_fault:
         return "reports a fault of its wires\nlook at the cable; `canwire fault BUS --list` shows a simulated one"
     if state == "bus-off":
-        return f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, after the cause of the errors is removed"
+        return (
+            f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, after the cause of the errors is removed"
+        )
     if state == "error passive":
         return (
             f"is error passive, TEC {status.tec}, REC {status.rec}\n"
