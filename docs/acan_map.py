@@ -212,7 +212,7 @@ def _programs(text: str) -> Iterator[Name]:
 # counterparts: by rule where the name is the same, by table elsewhere
 
 NO_NAMES = {
-    "ADTM.EXE": "a product of its own: MS-DOS's tasks are threads here",
+    "ADTM.EXE": "another product: MS-DOS's tasks are threads here",
     "ADTM.INI": "ADTM's own",
     "SYSTEM.INI": "Windows' own; what ACAN has in it: `canwire.acan.install.Installation.from_ini`",
     "IrqRoutines": "ADTM's own",

@@ -43,7 +43,7 @@ buses = ["can0", "body", "lin0"]
 
 A file with a mistake is refused whole, with the place: `canwire.toml: bus[1].name: 'can0' twice; bus[0] has it too`.
 A file without `[[bus]]` has `can0` and `lin0`; one without `[[board]]` has no boards until `canwire plug` brings some.
-A LIN connector may be left out of `buses`, and is unconnected where its usual bus does not exist.
+A LIN connector may be left out of `buses`; it is unconnected if its default bus does not exist.
 
 """
 TABLE = "| key | type | default | |\n|---|---|---|---|\n"
@@ -54,8 +54,8 @@ KINDS = """
 |---|---|---|
 """
 TAIL = """
-A package can bring kinds of its own through an entry point `canwire.boards`; [adapters](adapters.md) are what `slcan`
-and `python-can` are for.
+A package can add kinds of boards through an entry point `canwire.boards`. The kinds `slcan` and `python-can` are real
+adapters: [adapters](adapters.md).
 
 ## CANDRV's registry
 

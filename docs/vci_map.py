@@ -29,7 +29,7 @@ KINDS += ["type", "member", "parameter", NO_NAME]
 HEAD = """# The names of VCI, and where they are here
 
 Written by `python docs/vci_map.py` from the text of the two manuals: change that, not this page. {total} names.
-How programs are ported stands in [porting-vci.md](porting-vci.md).
+[porting-vci.md](porting-vci.md) says how to port a program.
 """
 
 

@@ -18,8 +18,8 @@ HEAD = """# Verbs
 
 Written by `python docs/verbs.py` from what `canwire help VERB` prints: change that, not this page.
 
-Exit status: 0, what a verb's help says, 2 for a mistake (one line on stderr), 130 after Ctrl-C, 141 when whoever read
-the output has gone.
+Exit status: 0, what a verb's help says, 2 for a mistake (one line on stderr), 130 after Ctrl-C, 141 when the program
+that read the output has ended.
 
 | verb | |
 |---|---|

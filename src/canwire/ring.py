@@ -198,7 +198,7 @@ class Ring:
         return True
 
     def put_bytes(self, record: bytes | bytearray | memoryview) -> bool:
-        """Append one 80-byte record as it stands; False if full (counted)."""
+        """Append one 80-byte record unchanged; False if full (counted)."""
         if len(record) != self.record_size:
             raise BadValue(f"a record has {self.record_size} bytes, not {len(record)}")
         if self.record_size != _RECORD_SIZE:
@@ -331,7 +331,7 @@ class Ring:
     def sleep(self, timeout: float | None, ended: Callable[[], bool] | None = None) -> bool:
         """Wait on `event` until at least `threshold` records are there; False on timeout (seconds).
 
-        Whoever signals `event` has `ended` asked: True ends the waiting too.
+        Each signal of `event` makes it call `ended`, whose True ends the waiting, too.
         """
         return self._sleep(_WANTED, self.event, timeout, ended)
 
@@ -342,7 +342,7 @@ class Ring:
     def arm(self) -> None:
         """Have `event` signalled once, at the next write that leaves at least `threshold` records.
 
-        The next after what this end has seen: a write since it last looked (`fill`, or taking) signals at once.
+        A write since this end last looked (`fill`, or taking) counts as the next and signals immediately.
         """
         waiting = (self._seen_head - self._words[_TAIL]) & _M64
         missing = self.threshold
@@ -358,7 +358,7 @@ class Ring:
     def arm_free(self) -> None:
         """Have `free_event` signalled once, at the next take that leaves room for `free_threshold` records.
 
-        The next after what this end has seen: a take since it last looked (`free`, or writing) signals at once.
+        A take since this end last looked (`free`, or writing) counts as the next and signals immediately.
         """
         waiting = (self._words[_HEAD] - self._seen_tail) & _M64
         missing = self.free_threshold
@@ -371,7 +371,7 @@ class Ring:
         self._words[_WANTED] = 0
 
     def close(self) -> None:
-        """Let go of shared memory: from now on this end is a full and empty ring by itself. Again: nothing.
+        """Release the shared memory: this end is then full and empty. A second call does nothing.
 
         Blocks from `acquire` stay good for as long as somebody holds them.
         """

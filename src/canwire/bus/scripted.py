@@ -9,10 +9,10 @@ from typing import Any
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class Scripted:
-    """One disturbance on a bus. `times` counts down each time it strikes (None: no limit), `struck` counts up.
+    """One disturbance on a bus. Each time it takes effect, `times` counts down (None: no limit) and `struck` counts up.
 
-    `listener` is called at each strike, in the middle of the bus's step, and when it is `cancelled`: it may set timers
-    and nothing else.
+    `listener` is called each time, in the middle of the bus's step, and when the disturbance is `cancelled`; it may
+    only set timers.
     """
 
     times: int | None = 1

@@ -48,7 +48,7 @@ VERBS = {
     "demo": Verb("canwire.commands.demo", "show a small bus at work"),
     "devices": Verb("canwire.commands.devices.verb", "list the boards of the hub and who uses them"),
     "plug": Verb("canwire.commands.plug", "put a board into the hub"),
-    "share": Verb("canwire.commands.share", "put real adapters on the hub, for every program at once"),
+    "share": Verb("canwire.commands.share", "share real adapters with every program through the hub"),
     "adapters": Verb(
         "canwire.commands.devices.adapters", "list this machine's real adapters, and how to share them"
     ),
@@ -65,9 +65,7 @@ VERBS = {
     "load": Verb("canwire.commands.live.load", "show how busy the buses of the hub are"),
     "view": Verb("canwire.commands.view.verb", "show a line of the hub as a table, one row per identifier"),
     "detect": Verb("canwire.commands.live.detect", "find the bit rate of a bus, only listening"),
-    "doctor": Verb(
-        "canwire.commands.doctor.verb", "look for what keeps canwire from working, and how to mend it"
-    ),
+    "doctor": Verb("canwire.commands.doctor.verb", "find what keeps canwire from working, and how to fix it"),
     "recover": Verb("canwire.commands.recover", "have a line of the hub begin again after bus-off"),
     "lin": Verb("canwire.commands.lin.verb", "watch a LIN line of the hub, send from one, run a schedule"),
     "isotp": Verb(
@@ -85,7 +83,7 @@ VERBS = {
     ),
     "fault": Verb("canwire.commands.fault.verb", "inject a fault into a bus of the hub"),
     "campaign": Verb("canwire.commands.campaign.verb", "play a function with a lab thousands of times"),
-    "bits": Verb("canwire.commands.bits", "show a frame bit by bit as it stands on the wire"),
+    "bits": Verb("canwire.commands.bits", "show a frame bit by bit, as on the wire"),
     "timing": Verb(
         "canwire.commands.timing.verb", "calculate bit timings, and whether nodes understand each other"
     ),
@@ -124,7 +122,7 @@ GROUPS = {
 _BY_ITSELF = """canwire puts CAN, CAN FD and LIN buses that behave like copper on this computer.
 
   canwire demo              see a small bus at work; nothing else is needed
-  canwire serve             share boards among programs: leave it running in a terminal of its own
+  canwire serve             share boards among programs: leave it running in a separate terminal
   canwire dump can0         what happens on the bus can0
   canwire send can0 123#11  a frame from another terminal
 

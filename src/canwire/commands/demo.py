@@ -137,7 +137,7 @@ class Monitor(NodeScript):
 
 
 def meaning(coding: Coding, frame: Frame) -> str:
-    """Who says what."""
+    """The text for a frame of the demo: its sender and the content."""
     reading = coding.read_temperature(frame)
     if reading is not None:
         return f"sensor {reading[0]}: {reading[1]} degrees"

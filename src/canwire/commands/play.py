@@ -291,10 +291,10 @@ def _check_names(arguments: argparse.Namespace) -> None:
 
 
 def _skipped_lines(skipped: dict[str, int]) -> list[str]:
-    """A line for everything that was not played as it stood in the log."""
+    """A line for everything that was not played as the log has it."""
     notes = {
         "broken_lines": ("skipped", "broken lines"),
         "error_frames_skipped": ("skipped", "error frames of the log"),
-        "stamps_going_back": ("sent at once", "frames with a time stamp before an earlier line's"),
+        "stamps_going_back": ("sent without waiting", "frames with a time stamp before an earlier line's"),
     }
     return [line(notes[name][0], f"{count} {notes[name][1]}") for name, count in skipped.items() if count]

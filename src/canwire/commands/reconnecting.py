@@ -1,6 +1,6 @@
 """`--reconnect`: a verb that only watches or forwards continues by itself once its hub is back.
 
-For verbs that watch this is usual, where it is the hub that has gone; with the option itself also where a board has.
+Verbs that watch do so by default when the hub is gone; with `--reconnect` itself, also when a board is gone.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = 
         parser.add_argument(
             "--reconnect",
             action=argparse.BooleanOptionalAction,
-            help="when the hub is gone, wait for it and go on: as usual, but for what would begin anew; with the "
-            "option also where a board is gone",
+            help="when the hub is gone, wait for it and continue (the default, except for output that would start "
+            "again from the beginning); --reconnect also waits for a board that is gone",
         )
     else:
         parser.add_argument(
@@ -32,11 +32,11 @@ def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = 
         )
 
 
-def not_if(arguments: argparse.Namespace, begins_anew: bool, what: str) -> None:
-    """Where going on would begin something anew it is not usual; raises BadValue if it was asked for."""
-    if begins_anew and arguments.reconnect:
-        raise BadValue(f"--reconnect: without {what}, which would begin anew")
-    if begins_anew:
+def not_if(arguments: argparse.Namespace, starts_again: bool, what: str) -> None:
+    """Turns --reconnect off where `what` would start again from the beginning; raises BadValue if it was given."""
+    if starts_again and arguments.reconnect:
+        raise BadValue(f"--reconnect: not together with {what}, which would start again from the beginning")
+    if starts_again:
         arguments.reconnect = False
 
 

@@ -53,6 +53,6 @@ def run(arguments: argparse.Namespace) -> int:
         status = place.status(hub)
         print(f"{place.address} on {place.info.bus or 'no bus'}: {format_rates(status.mode)}")
         if status.obstacle:
-            complain(f"{place.address}: {status.obstacle}; it is on its bus once that is mended")
+            complain(f"{place.address}: {status.obstacle}; it joins its bus when that is fixed")
             return 1
     return 0

@@ -37,10 +37,10 @@ def match_mask(message: MessageDescription) -> int:
 
 
 class Matching:
-    """Numbers of `messages`, -1 for none.
+    """Finds the message of a frame: its number in `messages`, -1 for none.
 
-    The exact identifier goes first, then J1939's without the priority, then its PGN. Of several with one
-    identifier the last in the file counts, as with cantools; of several with one PGN the first.
+    It tries the exact identifier first, then the identifier of J1939 without the priority, then the PGN. If several
+    messages have one identifier, the last in the file counts, as with cantools; if several have one PGN, the first.
     """
 
     def __init__(self, messages: Sequence[MessageDescription]) -> None:

@@ -207,7 +207,7 @@ class LinDescription:
         return raw
 
     def described(self, frame: LinFrame) -> FrameDescription:
-        """The unconditional frame received, for event-triggered frames by the first byte. Raises BadFrame."""
+        """The description of a received frame: its first byte selects it if the frame is event-triggered. Raises BadFrame."""
         id = frame.id
         if id in self._events and frame.data:
             id = frame.data[0] & 0x3F

@@ -36,7 +36,7 @@ class Misfit(ValueError):
     """A value that a field cannot hold; its text follows the name of the structure. `name` may be of a part, "[3]"."""
 
     def __init__(self, value: object, wants: str, name: str = "") -> None:
-        super().__init__(value, wants, name)  # pickle calls `__init__` with what stands here
+        super().__init__(value, wants, name)  # pickle calls `__init__` with these arguments
         self.value = value
         self.wants = wants
         self.name = name

@@ -37,11 +37,11 @@ def _prototype(*, fd: bool = False) -> None:
 class SlcanReader:
     """Cuts a stream into lines, whatever its pieces, and makes frames of those that are one.
 
-    `feed` gives a Frame for each line that is one, and any other line as it stands, without its CR: a bare CR is
-    b"". Nothing makes it raise. It keeps an unfinished line's first LONGEST_LINE + 1 bytes, so one that is longer
-    comes out longer than anything that means something. Line feeds in front of a line are skipped.
-    `fd` knows CANable's letters too, and forgives what is sent to such adapters: surplus bits above the 29 of an
-    identifier, and an FD frame's DLC in two decimal digits. A remote frame without a length asks for no data.
+    `feed` returns a Frame for each line that is one, and the bytes of any other line without its CR (b"" for a bare
+    CR). It never raises. It keeps the first LONGEST_LINE + 1 bytes of an unfinished line, so a line that is too long
+    is returned longer than any valid one. Line feeds before a line are skipped.
+    With `fd` it also knows CANable's letters, and accepts what programs send to such adapters: surplus bits above the
+    29 of an identifier, and an FD frame's DLC in two decimal digits. A remote frame without a length requests no data.
     """
 
     __signature__ = SignatureOf(_prototype)

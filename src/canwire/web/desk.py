@@ -45,10 +45,10 @@ class View:
 
 @dataclass
 class Desk:
-    """One server's. `epoch_ns(hub)` is what to add to the hub's time to get that of the wall clock.
+    """What the views of one server share. The hub's time plus `epoch_ns(hub)` is the wall clock's time.
 
-    `databases` are the network descriptions that are open. What a view has to close in the end it
-    gives to `closing`, and what other views may use it puts into `kept` under its name.
+    `databases` are the open network descriptions. A view adds to `closing` all that the server must close at its end,
+    and stores in `kept`, under the view's name, objects that other views may use.
     """
 
     link: HubLink
@@ -59,7 +59,7 @@ class Desk:
     kept: dict[str, Any] = field(default_factory=dict)
 
     def words(self, request: HTTPConnection) -> Words:
-        """In the language that this viewer has chosen, or whose browser asks for it."""
+        """The texts in the language that this viewer has chosen or that the browser requests."""
         chosen = request.query_params.get("lang") or request.cookies.get(LANGUAGE_COOKIE)
         return words_in(preferred(chosen, request.headers.get("accept-language", "")))
 

@@ -160,7 +160,7 @@ def test_a_spy_does_not_let_it_set_its_filter_up() -> None:
     driver.holder = "canwire acan spy"
     assert set_up(driver, 1) == (1, "")
     with pytest.raises(
-        InUse, match=r"cannot install a message filter of its own: .*canwire acan spy; start CANSPY last"
+        InUse, match=r"cannot install its own message filter: .*canwire acan spy; start CANSPY last"
     ):
         set_up(driver, 2, force=True)
 

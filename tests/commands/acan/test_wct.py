@@ -189,7 +189,7 @@ def test_what_cannot_be_changes_nothing() -> None:
 def test_a_spy_does_not_let_it_start() -> None:
     driver = Wire().driver(config_of(1), on_bus=True)
     driver.holder = "canwire acan spy"
-    with pytest.raises(InUse, match="cannot install a message filter of its own"):
+    with pytest.raises(InUse, match="cannot install its own message filter"):
         Wct(driver, Settings()).start()
 
 

@@ -542,7 +542,7 @@ def test_settings_count_after_a_restart(bench: Bench) -> None:
     assert query.device.state().rate == 1_000_000
     query.close()
     status, out, _ = bench.run("restart", "CID1:")
-    assert (status, out) == (0, "CID1: is loaded anew when it is opened the next time\n")
+    assert (status, out) == (0, "CID1: is loaded again when it is next opened\n")
     assert bench.device("CID1:", read=False, write=False).device.state().rate == 250_000
 
 

@@ -378,7 +378,7 @@ def test_tables_of_a_description(
         (("send", "lin0", "123#"), "'123#'"),
         (("send", "lin0", "10#", "-n", "0"), "--count 0: 1 or more"),
         (("schedule", "lin0"), "give slots, or a description by --ldf"),
-        (("schedule", "lin0", "10", "--rounds", "-1"), "--rounds -1: 1 or more, or 0 for ever"),
+        (("schedule", "lin0", "10", "--rounds", "-1"), "--rounds -1: 1 or more, or 0 for no limit"),
         (("schedule", "lin0", "77"), "slot '77': frame slot: LIN identifier 0x77"),
     ],
 )

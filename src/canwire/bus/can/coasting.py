@@ -38,7 +38,8 @@ _FEW_BITS = 5  # as many equal ones as a frame has
 
 
 class Stretch:
-    """The next stretch of one bus: `levels` from `first` on, or all of them `level` if that is not -1.
+    """The next stretch of bits of one bus. Its levels are those of `levels` from index `first` on; if `level` is not -1,
+    all its bits have that level.
 
     `sender` is the clock whose frame is read; None between frames.
     """
@@ -54,7 +55,7 @@ class Stretch:
         self._answer = 0
 
     def look(self, clocks: list[Clock], most: int) -> int:
-        """How many bits it has, `most` at most; 0: there is none."""
+        """The number of bits of the stretch, up to `most`; 0 if no stretch begins here."""
         self.sender = self.first_sender(clocks)
         if self.sender is not None:
             sender = self.sender.station

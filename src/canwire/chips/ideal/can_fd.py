@@ -129,7 +129,7 @@ class CanFdController(Node):
             self._changed()
 
     def rejoin(self, at_ns: int) -> None:
-        """Its plug is back in: 11 recessive bits, counters as they are."""
+        """The plug is in again: wait for 11 recessive bits; error counters do not change."""
         if self.running and self.confinement.state != _BUS_OFF:
             self._interrupt()
             self.on_bus = False

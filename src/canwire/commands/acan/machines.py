@@ -55,7 +55,7 @@ def configure(driver: Driver, config: HardConfig) -> None:
     try:
         driver.configure(config)
     except InUse as error:
-        raise InUse(f"cannot install a message filter of its own: {error}; start CANSPY last") from None
+        raise InUse(f"cannot install its own message filter: {error}; start CANSPY last") from None
 
 
 def set_up(
@@ -73,10 +73,10 @@ def set_up(
         configure(driver, config_of(machine, clock_khz, rate_kbps))
     elif not before.accepts(identifier(machine)):
         remark = (
-            f"the controller was set up before and lets in nothing for machine {machine}; /I sets it up again"
+            f"the controller was set up before and accepts nothing for machine {machine}; /I sets it up again"
         )
     elif not before.accepts(identifier(acan.BROADCAST)):
-        remark = "the controller was set up before and lets in nothing that is for all; /I sets it up anew"
+        remark = "the controller was set up before and accepts no broadcast; /I sets it up again"
     driver.bus_on()
     return machine, remark
 

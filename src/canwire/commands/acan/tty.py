@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from canwire.commands.acan.term import Terminal
 
 _LARGEST_READ = 4096
-_CHECK_S = 0.5  # between two looks whether the hub is still there
+_CHECK_S = 0.5  # between two checks that the hub is still connected
 
 
 class Bell:
-    """Another thread's way to wake `select`: `ring` as often as it likes."""
+    """Lets another thread wake `select`: it calls `ring`, which may be repeated."""
 
     def __init__(self) -> None:
         self._out, self._in = os.pipe()
@@ -42,7 +42,7 @@ class Bell:
     def ring(self) -> None:
         try:
             os.write(self._in, b"!")
-        except BlockingIOError:  # full: it rings already
+        except BlockingIOError:  # full: `select` wakes already
             return
 
     def answer(self) -> None:

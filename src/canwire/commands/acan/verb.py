@@ -62,12 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """The program; BadValue, NoSuchBoard (no driver), HubError, InUse, ExtraMissing for what cannot be."""
+    """Run the chosen program. Raises BadValue, NoSuchBoard (no driver), HubError, InUse, ExtraMissing."""
     return int(arguments.acan_verb(arguments))
 
 
 def _no_options(sub: argparse.ArgumentParser) -> None:
-    """Words alone."""
+    """This program has no options."""
 
 
 def _program_options(sub: argparse.ArgumentParser) -> None:

@@ -192,16 +192,16 @@ class Window(App[None]):
     # what each window has
 
     def begin(self) -> None:
-        """Once everything is on the screen. Raises CanwireError, OSError."""
+        """Called when the window is complete on the screen. Raises CanwireError, OSError."""
 
     def end(self) -> None:
-        """After the window is gone, or was never there."""
+        """Called after the window has closed or failed to open."""
 
     def take(self) -> None:
-        """Something has come."""
+        """Called when input for the window has arrived."""
 
     def check(self) -> None:
-        """Raises HubLost or Unplugged if nothing can come any more."""
+        """Raises HubLost or Unplugged if no more input can arrive."""
 
     # what all have
 

@@ -1,8 +1,9 @@
 """`canwire candrv attach`: a device as a pseudo terminal, so that echo sends and cat shows events.
 
-The terminal has no reader and writer of its own here: only so can be told whether somebody has it open. What happens
-while nobody has is nobody's, as with a handle that is not open; what an opener left unread or unfinished goes with it.
-An opener that does not read makes events wait in the device's event queue, which counts what it loses.
+This program does not read or write the terminal itself, because only then can it see whether another program has it
+open. While no program has the terminal open, events are dropped, as with a handle that is not open. When a program
+closes the terminal, its unread events and its unfinished command are dropped. While a program has it open but does not
+read, events wait in the device's event queue, which counts what it loses.
 """
 
 from __future__ import annotations

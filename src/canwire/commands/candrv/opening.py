@@ -89,7 +89,7 @@ def log_file(switches: Switches) -> Iterator[IO[bytes] | None]:
         yield None
         return
     try:
-        file = Path(switches.log).open("wb", buffering=0)  # noqa: SIM115 - `with` stands below, its errors are others
+        file = Path(switches.log).open("wb", buffering=0)  # noqa: SIM115 - the `with` is below; its errors are different ones
     except OSError as error:
         complain(f"{switches.log}: {error.strerror}")
         say(f"Can't open log file '{switches.log}', error {_ERRNO_AS_WIN32.get(error.errno or 0, 31)}")

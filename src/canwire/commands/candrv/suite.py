@@ -1,7 +1,7 @@
 """CanTestSuite of the CANDRV manual, program by program: switches, output, log lines and exit codes are the manual's.
 
-Ours are a line on stderr with the cause of each error, and that what fails ends with 1: the manual's listings go on at
-the old rate, and forget messages that could not be written.
+Two things differ: each error prints its cause on stderr, and a program that fails exits with 1. The manual's listings
+continue at the old bit rate instead, and forget messages that could not be written.
 Source: CANDRV manual, 10.1 to 10.3.
 """
 

@@ -1,7 +1,7 @@
 """The switches of CanTestSuite, read as CanWrite reads them.
 
-Only the letter behind the dash counts, and its argument is a word of its own. Ours are --hub, and that a number has
-to be one.
+Only the letter after the dash counts, and its argument is a separate word. Two things differ: --hub exists, and text
+that is not a number is refused where a number is needed.
 
 Source: CANDRV manual, 10.2.
 """

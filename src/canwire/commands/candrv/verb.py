@@ -119,7 +119,7 @@ def _restart(arguments: argparse.Namespace) -> int:
 
     with ExitStack() as closing:
         unload(connected(arguments, "candrv restart", closing), arguments.device)
-    print(f"{arguments.device} is loaded anew when it is opened the next time")
+    print(f"{arguments.device} is loaded again when it is next opened")
     return 0
 
 

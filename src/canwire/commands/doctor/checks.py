@@ -14,12 +14,12 @@ _COARSE_TICK_S, _LONG_PAUSE_S = 1e-4, 0.02
 
 
 class Finding(NamedTuple):
-    """`level` is OK, NOTE or PROBLEM; `mend` says what to do, "" if nothing has to be done."""
+    """`level` is OK, NOTE or PROBLEM; `remedy` says what to do, "" if nothing has to be done."""
 
     level: str
     subject: str
     text: str
-    mend: str = ""
+    remedy: str = ""
 
 
 def examined(facts: Facts) -> list[Finding]:
@@ -124,7 +124,7 @@ def _socketcan(facts: Facts) -> Iterator[Finding]:
             NOTE,
             "SocketCAN",
             facts.shim,
-            "`canwire run` needs it; all else works without: install a C compiler, canwire anew",
+            "only `canwire run` needs it: install a C compiler, then install canwire again",
         )
     else:
         yield Finding(OK, "SocketCAN", "`canwire run` can start programs that speak it")

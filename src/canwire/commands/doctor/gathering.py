@@ -183,16 +183,18 @@ def _hub(address: str, named: bool) -> HubFacts:
 
 
 def _trouble(status: LineStatus) -> str:
-    """What is wrong with a line, and below it how to mend that; "" if nothing is."""
+    """What is wrong with a line, and on the next line the remedy; "" if nothing is."""
     state = state_in_words(canwire.ErrorState(status.state))
     if status.coupling_fault:
         return "reports a fault of its wires\nlook at the cable; `canwire fault BUS --list` shows a simulated one"
     if state == "bus-off":
-        return f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, once what made the errors is mended"
+        return (
+            f"is bus-off, TEC {status.tec}\n`canwire recover LINE`, after the cause of the errors is removed"
+        )
     if state == "error passive":
         return (
             f"is error passive, TEC {status.tec}, REC {status.rec}\n"
-            f"look for another bit rate (`canwire detect`), a missing terminator, or nobody who acknowledges"
+            f"look for another bit rate (`canwire detect`), a missing terminator, or a bus without another node"
         )
     return ""
 

@@ -43,4 +43,4 @@ def format_finding(finding: Finding) -> str:
     """`PROBLEM  serial ports  /dev/ttyUSB0: this user may not open it`, and below it what to do."""
     word, colour = _MARKS[finding.level]
     text = f"{painted(f'{word:<7}', colour)}  {finding.subject:<12}  {finding.text}"
-    return f"{text}\n{'':<23}-> {finding.mend}" if finding.mend else text
+    return f"{text}\n{'':<23}-> {finding.remedy}" if finding.remedy else text

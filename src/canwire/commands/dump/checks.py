@@ -24,8 +24,8 @@ def check(arguments: argparse.Namespace) -> None:
         raise BadValue("-t: without -l, whose lines have absolute times")
     if arguments.room is not None and not RECORD.size <= arguments.room <= MOST_ROOM:
         raise BadValue(f"-r {arguments.room}: {RECORD.size} to {MOST_ROOM} bytes")
-    anew = arguments.count is not None or arguments.seconds is not None or bool(arguments.pcapng)
-    not_if(arguments, anew, "-n, --seconds and --pcapng")
+    from_start = arguments.count is not None or arguments.seconds is not None or bool(arguments.pcapng)
+    not_if(arguments, from_start, "-n, --seconds and --pcapng")
     for option in ("ascii", "extra", "raw_dlc", "swap", "colour", "silent"):
         if getattr(arguments, option) and (arguments.log or arguments.json or arguments.pcapng):
             raise BadValue(

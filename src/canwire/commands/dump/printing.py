@@ -51,7 +51,8 @@ class Extras(NamedTuple):
 
 
 class Printer:
-    """`epoch_ns` is added to the times of logs and JSON; without `stamps` lines on a screen have no time."""
+    """Prints records in a style. `epoch_ns` is added to the times of logs and JSON; without `stamps`, lines on a screen
+    have no time."""
 
     def __init__(
         self,

@@ -30,8 +30,8 @@ _KINDS = {
 _HAPPENINGS = {
     EventKind.ARBITRATION_LOST: "lost arbitration",
     EventKind.ABORTED: "a frame to send was given up",
-    EventKind.OVERRUN: "the controller lost a frame: nobody fetched the ones before it",
-    EventKind.CHANGED: "the line was set up anew",
+    EventKind.OVERRUN: "the controller lost a frame: the ones before it were not fetched in time",
+    EventKind.CHANGED: "the line was set up again",
     EventKind.SLEEPING: "asleep",
     EventKind.WOKEN: "awake",
     EventKind.INFO: "the line was started, stopped or reset",

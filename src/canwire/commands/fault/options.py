@@ -51,7 +51,7 @@ def _add_at(parser: Parser, example: str = "eof:2") -> None:
 
 
 def for_flip(parser: Parser) -> None:
-    """flip"""
+    """Add the options of `canwire fault BUS flip`."""
     parser.add_argument(
         "--bit",
         required=True,
@@ -63,19 +63,19 @@ def for_flip(parser: Parser) -> None:
 
 
 def for_inject(parser: Parser) -> None:
-    """inject"""
+    """Add the options of `canwire fault BUS inject`."""
     parser.add_argument("error", choices=("stuff", "form", "crc", "bit", "ack"), help="kind of error")
     _add_id(parser)
     _add_often(parser)
 
 
 def for_noise(parser: Parser) -> None:
-    """noise"""
+    """Add the options of `canwire fault BUS noise`."""
     parser.add_argument("--rate", type=float, required=True, help="share of bits read wrong: 1e-4")
 
 
 def for_hold(parser: Parser) -> None:
-    """hold"""
+    """Add the options of `canwire fault BUS hold`."""
     parser.add_argument("level", choices=_LEVELS)
     parser.add_argument(
         "--bits",
@@ -90,7 +90,7 @@ def for_hold(parser: Parser) -> None:
 
 
 def for_play(parser: Parser) -> None:
-    """play"""
+    """Add the options of `canwire fault BUS play`."""
     parser.add_argument("levels", help="one sign a bit: 0 dominant, 1 recessive, - nothing: 000--1")
     _add_at(parser)
     _add_often(parser)

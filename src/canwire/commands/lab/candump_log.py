@@ -24,10 +24,11 @@ _LONGEST_NS = 100 * 365 * 86_400 * 1_000_000_000  # well inside the timeline's 6
 
 @dataclass(slots=True)
 class Survey:
-    """What a log holds.
+    """What a log contains.
 
-    `channels` are the frames of each; `keys` are (extended, identifier) in order of appearance; `first_ns` is the first
-    time stamp; `fd_line` is the number of the first line with a CAN FD frame, or None; `bits` is about what they take.
+    `channels` has the number of frames of each channel; `keys` are (extended, identifier) in order of appearance;
+    `first_ns` is the first time stamp; `fd_line` is the number of the first line with a CAN FD frame, or None; `bits`
+    is the approximate number of bits that the frames take on a bus.
     """
 
     channels: dict[str, int] = field(default_factory=dict)

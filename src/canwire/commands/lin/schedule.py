@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run it in the hub, and print what comes, until its rounds are over or Ctrl-C."""
     if arguments.rounds < 0:
-        raise BadValue(f"--rounds {arguments.rounds}: 1 or more, or 0 for ever")
+        raise BadValue(f"--rounds {arguments.rounds}: 1 or more, or 0 for no limit")
     if bool(arguments.slots) == (arguments.ldf is not None):
         raise BadValue("give slots, or a description by --ldf")
     network = loaded_network(arguments.ldf)

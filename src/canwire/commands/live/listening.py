@@ -103,10 +103,10 @@ class Listening:
         self._event = self._one_event() if len(self.sources) > 1 else None
 
     def take(self, limit: int, timeout_s: float | None) -> list[tuple[Source, list[Record]]]:
-        """Up to `limit` records of each line, oldest first, waiting so long for the first (None: for ever).
+        """Up to `limit` records of each line, oldest first; waits `timeout_s` for the first (None: no limit).
 
-        Runs of records of one line; of several lines those that are there at once are put in order. Raises Unplugged,
-        HubLost.
+        Returns runs of records, each of one line. Records of several lines that are found together are put in order.
+        Raises Unplugged, HubLost.
         """
         found = self._taken(limit)
         if not found:

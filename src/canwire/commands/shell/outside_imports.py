@@ -1,12 +1,13 @@
 """Signals are handled outside of imports: one that comes in the middle of an import has to wait for its end.
 
-An exception in the import system's own code can leave a module's lock taken, on which the next import waits for ever,
-or be raised where the interpreter only prints it (the callback that forgets such a lock), and the signal has done
-nothing. One in a module that makes classes can crash an extension that does not expect it (msgspec 0.22, whose code
-runs Python's there). An import that takes long is interrupted all the same, but not in the import system's own code.
+An exception in the import system's own code can leave a module's lock taken, and the next import then waits for the
+lock without end. It can also be raised where the interpreter only prints it (in the callback that removes such a
+lock), so that the signal has no effect. An exception in a module that makes classes can crash an extension that does
+not expect it (msgspec 0.22, which runs Python code at that point). A long import is interrupted nevertheless, but not
+in the import system's own code.
 
-One that comes while an object is being taken apart (a finaliser, the callback of a weak reference) is printed by the
-interpreter and forgotten; it is raised once more, at the first step after that.
+The interpreter prints and drops an exception that is raised while an object is destroyed (in a finaliser or in the
+callback of a weak reference); it is raised once more, at the first step after that.
 """
 
 from __future__ import annotations
@@ -83,9 +84,7 @@ class _Later:
         if frame is self._import and event == "return":
             self._import = None  # the next step is the first that may be outside
             return
-        if (
-            frame.f_code.co_filename == _HERE
-        ):  # the end of its own handling, in the midst of what was interrupted
+        if frame.f_code.co_filename == _HERE:  # the end of this handling, inside what was interrupted
             return
         if self._import is None:
             self._import = _outermost_import(frame)
@@ -96,7 +95,7 @@ class _Later:
 
 
 def _outermost_import(frame: FrameType | None) -> FrameType | None:
-    """The import that this frame is part of, as far as it was begun by what `signals_outside_imports` called."""
+    """The outermost import that this frame is part of, among those begun by what `signals_outside_imports` called."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
         if _is_machinery(frame):

@@ -37,10 +37,10 @@ def _columns() -> int:
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse lets the topmost parser complain of words that a verb does not know; here the verb does.
+    """A parser whose verb reports the words that it does not know; argparse has the topmost parser do so.
 
-    Words that look like one that it knows are told which. Where a verb takes several words options may stand
-    between them.
+    The message for an unknown word names the nearest word that the verb knows. Where a verb accepts several words,
+    options may be written between them.
     """
 
     _mixing = False

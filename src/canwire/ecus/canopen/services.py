@@ -69,7 +69,10 @@ class Nmt(NmtSlave):  # type: ignore[misc]
 
 
 class Sdo(SdoServer):  # type: ignore[misc]
-    """Answers while pre-operational or operational; requests have 8 bytes. Block transfers are in `blocks.py`."""
+    """The SDO server of a node: it answers while the node is pre-operational or operational, and only requests of 8 bytes.
+
+    Block transfers are in `blocks.py`.
+    """
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x600 + node.id, 0x580 + node.id, node)

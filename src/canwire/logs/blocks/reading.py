@@ -42,7 +42,7 @@ class LineReader(Protocol):
 
 
 def read_blocks(source: Source, reader: LineReader) -> Iterator[LogBatch]:
-    """Batches of all lines of a file, each of a block."""
+    """Read all lines of a file block by block; yields one batch for each block with entries."""
     number = 1
     for text in blocks(source):
         records, count = read_block(source, reader, text, number)
@@ -52,7 +52,7 @@ def read_blocks(source: Source, reader: LineReader) -> Iterator[LogBatch]:
 
 
 def blocks(source: Source) -> Iterator[bytes]:
-    """Whole lines; what is too long to be one is cut as `readline` cuts it."""
+    """Yield blocks of whole lines; a line that is too long is cut as `readline` cuts it."""
     rest, longest = b"", source.limits.line_bytes
     while chunk := source.file.read(_CHUNK):
         text = rest + chunk

@@ -1,4 +1,4 @@
-"""candump logs out. Plain frames are laid out as columns of bytes, and what a line has not is masked out."""
+"""Writes candump logs. Plain frames are laid out as columns of bytes, and a mask removes the columns that a line lacks."""
 
 from __future__ import annotations
 

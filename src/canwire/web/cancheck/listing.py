@@ -133,7 +133,7 @@ def event_row(event: Event) -> Row:
 
 
 def message_row(time: str, index: int, message: Outgoing, align: int) -> Row:
-    """Time, Gen., Frm, ID, R, L, Data."""
+    """The cells of a generated message: Time, Gen., Frm, ID, R, L, Data."""
     return (
         time,
         f"{index:X}",

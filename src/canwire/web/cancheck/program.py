@@ -43,7 +43,7 @@ class CanCheck:
 
     @property
     def port(self) -> Port:
-        """Raises BadValue while it is not running."""
+        """The open port; raises BadValue while CanCheck is not running."""
         port = self._port
         if port is None:
             raise BadValue("CanCheck is not running; start it first")

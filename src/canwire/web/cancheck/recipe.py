@@ -63,7 +63,7 @@ class Recipe:
 
     @property
     def cycle(self) -> int:
-        """Messages in one cycle: the largest difference of all values, and one."""
+        """Messages in one cycle: the largest difference of all values, plus one."""
         return 1 + max(one.difference for one in (self.identifier, *self.data))
 
     @property
@@ -72,7 +72,7 @@ class Recipe:
         return self.use_range and not self.repeat
 
     def message(self, step: int) -> Outgoing:
-        """The one after so many others; step 0 is From."""
+        """The message after `step` others; step 0 has the values of From."""
         step = step if self.use_range else 0
         data = bytes(one.at(step, wrap=self.wrap) for one in self.data)
         identifier = self.identifier.at(step, wrap=self.wrap)

@@ -61,7 +61,7 @@ def quiet_crc_bit(layout: BitLayout) -> int:
 
 
 def stuff_positions(levels: bytes | bytearray) -> list[int]:
-    """Where a receiver expects stuff bits from SOF on; -1 in place of one that is no inverse of its run."""
+    """The indices, from SOF on, at which a receiver expects stuff bits; -1 for a bit that violates the stuff rule."""
     positions = []
     run = 0
     for k, level in enumerate(levels):
