@@ -1,5 +1,8 @@
 """Signals are handled outside of imports: one that comes in the middle of an import has to wait for its end.
 
+The same holds while an attribute of a class is made at its first use (values/frozen.py): msgspec asks for these, takes
+any exception for their absence, and says that it cannot encode such an object. The signal would be lost.
+
 An exception in the import system's own code can leave a module's lock taken, on which the next import waits for ever,
 or be raised where the interpreter only prints it (the callback that forgets such a lock), and the signal has done
 nothing. One in a module that makes classes can crash an extension that does not expect it (msgspec 0.22, whose code
@@ -25,6 +28,7 @@ Handler = Callable[[int, "FrameType | None"], Any]
 
 PATIENCE_S = 1.0
 _MACHINERY = "<frozen importlib"
+_MAKES_ATTRIBUTES = "canwire.values.frozen"
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
@@ -99,7 +103,7 @@ def _outermost_import(frame: FrameType | None) -> FrameType | None:
     """The import that this frame is part of, as far as it was begun by what `signals_outside_imports` called."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
-        if _is_machinery(frame):
+        if _is_machinery(frame) or frame.f_globals.get("__name__") == _MAKES_ATTRIBUTES:
             found = frame
         frame = frame.f_back
     return found
