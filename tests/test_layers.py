@@ -100,7 +100,7 @@ MAY_HAVE_CLOCKS = {
     "socketcan",
     "web",
 }
-SERVES = {"slcan.serving", "slcan.wires"}  # the ASCII port server
+SERVES = {"slcan.serving", "slcan.wires", "slcan.tcp_wire"}  # the ASCII port server
 MAY_LOCK = {
     "vci.fifo.fifo",
     "acan.service",

@@ -165,6 +165,41 @@ def test_tcp_serves_one_at_a_time(running: Running) -> None:
     assert wire.refused == 1
 
 
+@pytest.mark.parametrize("said", [b"", b"V"], ids=["nothing", "half a line"])
+def test_a_host_that_sends_no_command_keeps_nobody_out(running: Running, said: bytes) -> None:
+    wire = TcpWire("127.0.0.1:0")
+    running.start(wire)
+    with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as silent:
+        silent.sendall(said)
+        until(lambda: wire.connected)
+        with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as second:
+            assert silent.recv(1) == b""
+            second.sendall(b"N\r")
+            assert second.recv(100) == b"NA123\r"  # and not "VN": half a line went with who sent it
+            with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as third:
+                assert third.recv(1) == b""
+    assert wire.refused == 1
+
+
+def test_a_host_that_sends_no_command_is_let_go(running: Running) -> None:
+    wire = TcpWire("127.0.0.1:0", greeting_s=0.01)
+    running.start(wire)
+    with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as silent:
+        assert silent.recv(1) == b""
+    until(lambda: not wire.connected)
+
+
+def test_a_host_that_has_sent_a_command_may_be_silent(running: Running) -> None:
+    wire = TcpWire("127.0.0.1:0", greeting_s=PATIENCE_S)
+    running.start(wire)
+    with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as host:
+        until(lambda: wire.connected)
+        assert wire.look_s is not None
+        host.sendall(b"V\r")
+        assert host.recv(100) == b"V1013\r"
+        assert wire.look_s is None
+
+
 @pytest.mark.parametrize("address", ["", "5000x", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1"])
 def test_no_such_address(address: str) -> None:
     with pytest.raises(BadValue):

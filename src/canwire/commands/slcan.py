@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 import canwire
 from canwire import BadValue, InUse, WrongState
 from canwire.commands.console import complain
+from canwire.commands.greeting import add_greeting_argument
 from canwire.commands.shared_hub import add_hub_argument
 from canwire.commands.shell.ending import signals_call
 from canwire.slcan import (
@@ -65,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="BAUD",
         help="take the host's bytes as a serial line at this rate would (default: as fast as they come)",
     )
+    add_greeting_argument(parser, "sent a command to the TCP port")
     parser.add_argument("--bus", default="can0", help="plugged into this bus (default: can0)")
     parser.add_argument("--dialect", choices=sorted(DIALECTS), default="canbus", help="whose dongle it is")
     parser.add_argument(
@@ -136,7 +138,7 @@ def _tell_losses(counters: DongleCounters, name: str) -> None:
 def _wires(arguments: argparse.Namespace, closing: ExitStack) -> list[Wire]:
     makers: list[Callable[[], Wire]] = [
         *(partial(PtyWire, link) for link in arguments.pty),
-        *(partial(TcpWire, address) for address in arguments.tcp),
+        *(partial(TcpWire, address, arguments.greeting_seconds) for address in arguments.tcp),
         *(partial(SerialWire, device, arguments.baud_rate) for device in arguments.serial),
     ]
     wires = []

@@ -15,7 +15,8 @@ from canwire.slcan.leds import LedEvent, Leds, Red
 from canwire.slcan.plugged import PluggedDongle
 from canwire.slcan.serving import Service
 from canwire.slcan.settings import DongleCounters, Settings
-from canwire.slcan.wires import PtyWire, SerialWire, TcpWire, Wire
+from canwire.slcan.tcp_wire import TcpWire
+from canwire.slcan.wires import PtyWire, SerialWire, Wire
 
 __all__ = [
     "ACCEPT_ALL",

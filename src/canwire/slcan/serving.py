@@ -132,13 +132,13 @@ class Service:
         return wait
 
     def _found(self, served: Served, now: float) -> bool:
-        """Somebody is on its wire, or it will tell by itself."""
-        wire = served.wire
-        if wire.look_s is not None and not wire.connected and now >= served.look_at:
-            wire.look()
-            served.look_at = now + wire.look_s
-            self._sync(served)
-        return wire.look_s is None or wire.connected
+        """Its descriptors say when there is something on its wire."""
+        look_s = served.wire.look_s
+        if look_s is not None and (now >= served.look_at or look_s == 0):
+            self._work(served, served.wire.look)
+            look_s = served.wire.look_s
+            served.look_at = now + (look_s or 0.0)
+        return look_s is None
 
     def _work(self, served: Served, work: Callable[[], None]) -> None:
         was_connected = served.wire.connected

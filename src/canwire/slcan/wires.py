@@ -1,4 +1,4 @@
-"""The wire between a dongle and its host: a pseudo terminal, a TCP connection or a serial port. No wire blocks.
+"""The wire between a dongle and its host: a pseudo terminal, a serial port, or TCP (tcp_wire.py). No wire blocks.
 
 A wire without a host accepts no bytes and returns none; it may have to `look` for a host periodically.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import socket
 import sys
 from pathlib import Path
 from typing import Any, Protocol
@@ -30,7 +29,10 @@ class Wire(Protocol):
     written, 0 if there is no room. Both notice that the host has gone: `connected` is then False."""
 
     name: str
-    look_s: float | None
+
+    @property
+    def look_s(self) -> float | None:
+        """Seconds until `look` is to be called; None: its descriptors say when there is something."""
 
     @property
     def connected(self) -> bool: ...
@@ -42,7 +44,7 @@ class Wire(Protocol):
         """The descriptor to wait on for writing while a host is connected."""
 
     def look(self) -> None:
-        """Find out whether a host has connected."""
+        """Find out whether a host has connected, and whether one has been silent for too long."""
 
     def read(self) -> bytes: ...
     def write(self, data: bytes | bytearray | memoryview) -> int: ...
@@ -72,7 +74,10 @@ class PtyWire:
         self._clean()
         self._make_link()
         self.name = str(self.link)
-        self.look_s: float | None = _LOOK_S
+
+    @property
+    def look_s(self) -> float | None:
+        return None if self.connected else _LOOK_S
 
     def descriptors(self) -> tuple[int, ...]:
         return (self._master,) if self.connected else ()
@@ -147,101 +152,8 @@ def _locked(path: Path, link: Path) -> int:
     return descriptor
 
 
-class TcpWire:
-    """Listens at HOST:PORT; `:PORT` and `PORT` mean this machine only. Port 0 selects a free port.
-
-    It accepts one host at a time, as a dongle has one cable; further connections are closed immediately.
-    """
-
-    look_s: float | None = None
-
-    def __init__(self, address: str) -> None:
-        host, _, port = address.rpartition(":")
-        if not port.isdecimal() or int(port) > 0xFFFF:
-            raise BadValue(f"{address!r}: HOST:PORT, like 127.0.0.1:5000")
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        self._listener = socket.socket(family, socket.SOCK_STREAM)
-        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            self._listener.bind((host.strip("[]") or "127.0.0.1", int(port)))
-            self._listener.listen()
-        except OSError:
-            self._listener.close()
-            raise
-        self._listener.setblocking(False)
-        self._host: socket.socket | None = None
-        bound = self._listener.getsockname()
-        self.port = int(bound[1])
-        self.name = f"socket://{bound[0]}:{self.port}"
-        self.refused = 0
-
-    @property
-    def connected(self) -> bool:
-        return self._host is not None
-
-    def descriptors(self) -> tuple[int, ...]:
-        own = self._listener.fileno()
-        return (own,) if self._host is None else (own, self._host.fileno())
-
-    def writing(self) -> int:
-        return -1 if self._host is None else self._host.fileno()
-
-    def look(self) -> None:
-        """Nothing to do: `read` accepts hosts when the listener is readable."""
-
-    def read(self) -> bytes:
-        self._accept()
-        if self._host is None:
-            return b""
-        try:
-            data = self._host.recv(CHUNK)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
-        return data
-
-    def write(self, data: bytes | bytearray | memoryview) -> int:
-        if self._host is None:
-            return 0
-        try:
-            return self._host.send(data)
-        except BlockingIOError:
-            return 0
-        except OSError:
-            self._hang_up()
-            return 0
-
-    def close(self) -> None:
-        self._hang_up()
-        self._listener.close()
-
-    def _accept(self) -> None:
-        try:
-            host, _ = self._listener.accept()
-        except OSError:  # nobody, or gone again
-            return
-        if self._host is not None:
-            self.refused += 1
-            host.close()
-            return
-        host.setblocking(False)
-        host.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        host.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        self._host = host
-
-    def _hang_up(self) -> None:
-        if self._host is not None:
-            self._host.close()
-            self._host = None
-
-
 class SerialWire:
     """A serial port with the host at its other end; opened again when the port was gone and is back. Needs pyserial."""
-
-    look_s: float | None = _REOPEN_S
 
     def __init__(self, device: str, baud_rate: int = 115_200) -> None:
         try:
@@ -255,6 +167,10 @@ class SerialWire:
         self._serial: Any = serial
         self._port: Any = None
         self._open()
+
+    @property
+    def look_s(self) -> float | None:
+        return None if self.connected else _REOPEN_S
 
     @property
     def connected(self) -> bool:

@@ -10,11 +10,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 
 from canwire.commands.shell import outside_imports
 from canwire.commands.shell.outside_imports import signals_outside_imports
+from canwire.values import frozen
 
 pytestmark = pytest.mark.finding("faults 10")
 
@@ -187,6 +190,31 @@ def test_handlers_are_as_before() -> None:
     before = signal.getsignal(signal.SIGINT)
     assert signals_outside_imports(lambda: signal.getsignal(signal.SIGINT)) is not before
     assert signal.getsignal(signal.SIGINT) is before
+
+
+class _Mode:
+    """What a request has as a field."""
+
+    size: int = 1
+
+
+@pytest.mark.usefixtures("interrupts")
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+def test_a_class_that_msgspec_asks_for_its_fields_is_finished_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """msgspec takes Ctrl-C there for "it has no fields": `acan wct` ended with "Encoding ... is unsupported", 2."""
+    twins, reached = frozen._twins, list[bytes]()
+
+    def interrupted(*given: Any, **named: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        return twins(*given, **named)
+
+    monkeypatch.setattr(frozen, "_twins", interrupted)
+    made: Any = frozen.dataclass  # type checkers take it for the standard library's
+    mode = made(frozen=True, slots=True)(_Mode)()
+    with pytest.raises(KeyboardInterrupt):
+        signals_outside_imports(lambda: reached.append(msgspec.msgpack.encode(mode)))
+    assert reached == []
+    assert msgspec.msgpack.encode(mode) == b"\x81\xa4size\x01"
 
 
 class Taken:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 from collections.abc import Iterator
@@ -235,6 +236,37 @@ def test_a_bus_that_goes_down_ends_its_clients(hub: Hub, client: Client) -> None
         text = client.heard()
     assert "is down" in text
     assert client.heard() == ""
+
+
+@pytest.fixture
+def impatient(hub: Hub, closing: ExitStack, said: list[str]) -> Daemon:
+    made = Daemon(hub, ("127.0.0.1", 0), WantedMode(), 0, said.append, greeting_s=0.05)
+    stop = closing.enter_context(contextlib.closing(Event(manual_reset=True)))
+    thread = threading.Thread(target=made.run, args=(stop,))
+    thread.start()
+    closing.callback(thread.join, LONG_S)
+    closing.callback(stop.set)
+    return made
+
+
+@pytest.mark.parametrize("text", ["", "< open", "< echo >"], ids=["nothing", "half a line", "no bus"])
+def test_a_client_that_opens_no_bus_is_closed(impatient: Daemon, text: str) -> None:
+    client = Client(impatient)
+    client.say(text)
+    heard = [client.heard() for _ in range(3 if text.endswith(">") else 2)]
+    assert heard[-2:] == ["< error no bus opened within 0.05 seconds >", ""]
+    client.close()
+
+
+def test_silent_clients_keep_nobody_out(daemon: Daemon, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("canwire.socketcan.daemon.daemon._MOST_CLIENTS", 2)
+    oldest, other, third = (Client(daemon) for _ in range(3))
+    assert oldest.heard() == "< error too many clients, and no bus opened here >"
+    assert [other.ask("< open can0 >"), third.ask("< open can0 >")] == ["< ok >", "< ok >"]
+    with socket.create_connection(daemon.address, timeout=LONG_S) as late:
+        assert late.recv(1) == b""  # each of the others has a bus
+    for client in (oldest, other, third):
+        client.close()
 
 
 def test_addresses() -> None:

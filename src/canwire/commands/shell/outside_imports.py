@@ -1,5 +1,8 @@
 """Signals are handled outside of imports: one that comes in the middle of an import has to wait for its end.
 
+The same applies while an attribute of a class is made at its first use (values/frozen.py): msgspec asks for such an
+attribute, takes any exception for its absence, and reports that it cannot encode the object. The signal would be lost.
+
 An exception in the import system's own code can leave a module's lock taken, and the next import then waits for the
 lock without end. It can also be raised where the interpreter only prints it (in the callback that removes such a
 lock), so that the signal has no effect. An exception in a module that makes classes can crash an extension that does
@@ -26,6 +29,7 @@ Handler = Callable[[int, "FrameType | None"], Any]
 
 PATIENCE_S = 1.0
 _MACHINERY = "<frozen importlib"
+_MAKES_ATTRIBUTES = "canwire.values.frozen"
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
@@ -98,7 +102,7 @@ def _outermost_import(frame: FrameType | None) -> FrameType | None:
     """The outermost import that this frame is part of, among those begun by what `signals_outside_imports` called."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
-        if _is_machinery(frame):
+        if _is_machinery(frame) or frame.f_globals.get("__name__") == _MAKES_ATTRIBUTES:
             found = frame
         frame = frame.f_back
     return found

@@ -19,6 +19,7 @@ import canwire
 from canwire import HubLost, epoch_ns
 from canwire.commands.can_line import add_rate_arguments, wanted_by
 from canwire.commands.console import complain
+from canwire.commands.greeting import add_greeting_argument
 from canwire.commands.reconnecting import add_reconnect_argument, going_on
 from canwire.commands.shared_hub import connected
 from canwire.commands.shell.ending import signals_call
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--beside", action="store_true", help=argparse.SUPPRESS
     )  # the hub's own: ends with it
+    add_greeting_argument(parser, "opened a bus")
     add_reconnect_argument(parser)
     add_interface_argument(parser)
     add_rate_arguments(parser)
@@ -67,6 +69,7 @@ def _serve(arguments: argparse.Namespace) -> int:
             complain,
             mappings=mappings_of(arguments),
             beacon=arguments.beacon,
+            greeting_s=arguments.greeting_seconds,
         )
         with signals_call(stop.set):
             print(f"socketcand on {shown(daemon.address)}", flush=True)

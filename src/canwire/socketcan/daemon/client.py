@@ -27,10 +27,7 @@ if TYPE_CHECKING:
     from canwire.socketcan.wire import Batch
 
 _MOST_UNREAD = 1 << 20  # bytes that wait for a client; frames beyond are lost, and counted
-_LONGEST, _LONGEST_PDU = (
-    1 << 14,
-    1 << 18,
-)  # of a command: 257 masks have 6,200 characters, 66,000 bytes 132,000
+_LONGEST, _LONGEST_PDU = 1 << 14, 1 << 18  # of a command: 257 masks have 6,200, a PDU 132,000
 _AT_ONCE = 1 << 16
 _MODES = {"rawmode": "raw", "bcmmode": "bcm", "controlmode": "control", "isotpmode": "isotp"}
 _SENDS = ("send", "sendrtr", "fdsend")
@@ -39,7 +36,7 @@ _SENDS = ("send", "sendrtr", "fdsend")
 class Client:
     """`find(name)` opens an interface, `configure` sets one up by a command; both raise OSError.
 
-    `slot` is this client's number among all.
+    `slot` is this client's number among all. One that has opened no bus after `greeting_s` seconds is closed.
     """
 
     def __init__(
@@ -50,6 +47,7 @@ class Client:
         slot: int,
         end: socket.socket,
         gone: Callable[[Client], object],
+        greeting_s: float,
     ) -> None:
         self.slot = slot
         self.lost = 0
@@ -69,7 +67,15 @@ class Client:
         self._isotp: IsoTp | None = None
         end.setblocking(False)
         setting.loop.watch(end.fileno(), READABLE, self._ready)
+        self._greeting = setting.loop.call_in(
+            greeting_s, partial(self.end_with, f"no bus opened within {greeting_s} seconds")
+        )
         self._say("< hi >")
+
+    @property
+    def silent(self) -> bool:
+        """It has opened no bus yet."""
+        return self._port is None
 
     # the connection
 
@@ -94,7 +100,7 @@ class Client:
         self._commands += [text.decode("ascii", "replace") for text in whole]
         most = _LONGEST if self._mode != "isotp" else _LONGEST_PDU
         if len(self._input) > most or any(len(text) > most for text in whole):
-            self._end_with("command too long")
+            self.end_with("command too long")
             return
         self._work()
 
@@ -131,7 +137,8 @@ class Client:
             events = (0 if self._blocked else READABLE) | (WRITABLE if self._output else 0)
             self._setting.loop.watch(self._end.fileno(), events, self._ready)
 
-    def _end_with(self, why: str) -> None:
+    def end_with(self, why: str) -> None:
+        """Close the connection with a reason."""
         self._say(f"< error {why} >")
         self.close()
 
@@ -140,6 +147,7 @@ class Client:
         if self._over:
             return
         self._over = True
+        self._greeting.cancel()
         self._leave_mode()
         if self._port is not None:
             self._port.leave(self)
@@ -182,12 +190,13 @@ class Client:
             self._port = self._find(words[1])
         except OSError as error:
             opens = words[0] == "open"
-            self._end_with(
+            self.end_with(
                 f"could not open bus {words[1][:16]}"
                 if opens
                 else f"configuring interface {words[0][:16]}: {error.strerror or error}"
             )
             return
+        self._greeting.cancel()
         self._port.listeners.append(self)
         self._mode = "bcm"
         self._say("< ok >")
@@ -218,7 +227,7 @@ class Client:
         if not sound(row).all():
             raise BadText("no such frame can be sent")
         if port.lost:
-            self._end_with("the bus is gone")
+            self.end_with("the bus is gone")
         elif port.room():
             self._statistics.send(frame[4])
             port.send(self.slot, row)
@@ -288,4 +297,4 @@ class Client:
 
     def interface_lost(self, interface: Interface, error: int) -> None:
         """Its line was stopped or is gone: Listener's."""
-        self._end_with(f"{interface.name} is down")
+        self.end_with(f"{interface.name} is down")

@@ -77,8 +77,10 @@ class Daemon:
         *,
         mappings: dict[str, str] | None = None,
         beacon: str = "",
+        greeting_s: float = 30,
     ) -> None:
-        """`beacon`: an address to which it says every 2 s that it is there, "" for none.
+        """`beacon`: an address to which it says every 2 s that it is there, "" for none. A client that has opened no
+        bus after `greeting_s` seconds is closed, and earlier if others need its place.
 
         Raises OSError, HubError, BadValue for a beacon about a port that nobody there can reach.
         """
@@ -95,7 +97,8 @@ class Daemon:
         self._setting = Setting(hub, self._loop, table, interfaces, wanted, epoch_ns, say)
         self._ports = Ports(self._setting)
         self._links = Links(self._setting, self._ports)
-        self._clients: set[Client] = set()
+        self._clients: dict[Client, None] = {}  # the oldest first
+        self._greeting_s = greeting_s
         self._configured: set[str] = set()  # interfaces that are down since a command has set them up
         self._slots = itertools.count(_FIRST_SLOT)
         self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
@@ -135,9 +138,10 @@ class Daemon:
         except (
             OSError
         ) as error:  # it went away meanwhile, or there are no descriptors left: one connection less
-            self._setting.say(f"a connection was refused: {error.strerror}")
+            if error.errno not in (errno.EMFILE, errno.ENFILE) or not self._make_room():
+                self._setting.say(f"a connection was refused: {error.strerror}")
             return
-        if len(self._clients) >= _MOST_CLIENTS:
+        if len(self._clients) >= _MOST_CLIENTS and not self._make_room():
             self._setting.say(
                 f"{peer[0] if peer else 'a program'}: refused, there are {_MOST_CLIENTS} clients"
             )
@@ -146,10 +150,18 @@ class Daemon:
         if not isinstance(self.address, str):
             end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         slot = next(self._slots)
-        self._clients.add(Client(self._setting, self._find, self._configure, slot, end, self._gone))
+        client = Client(self._setting, self._find, self._configure, slot, end, self._gone, self._greeting_s)
+        self._clients[client] = None
+
+    def _make_room(self) -> bool:
+        """Close the client that has waited longest without opening a bus; False if each has one."""
+        silent = next((client for client in self._clients if client.silent), None)
+        if silent is not None:
+            silent.end_with("too many clients, and no bus opened here")
+        return silent is not None
 
     def _gone(self, client: Client) -> None:
-        self._clients.discard(client)
+        self._clients.pop(client, None)
         if client.lost:
             self._setting.say(f"a client has left; {client.lost} frames were lost, it did not read")
 
