@@ -127,7 +127,7 @@ class CanMsg(Message):
 
     @classmethod
     def made(cls, time: int, msg_id: int, info: int, data: bytes) -> Self:
-        """The message of these words as they lie in memory, unchecked; every received message comes this way."""
+        """The message for these words of memory, unchecked; each received message is made here."""
         made = cls.__new__(cls)
         made.time, made.msg_id = time, msg_id
         made.msg_info, made.ab_data = CanMsgInfo.made(info), bytearray(data)
@@ -163,7 +163,7 @@ class CanMsg2(Message):
 
     @classmethod
     def made(cls, time: int, reserved: int, msg_id: int, info: int, data: bytes) -> Self:
-        """The message of these words as they lie in memory, unchecked; every received message comes this way."""
+        """The message for these words of memory, unchecked; each received message is made here."""
         made = cls.__new__(cls)
         made.time, made.reserved, made.msg_id = time, reserved, msg_id
         made.msg_info, made.ab_data = CanMsgInfo.made(info), bytearray(data)

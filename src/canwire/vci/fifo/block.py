@@ -41,8 +41,8 @@ class FifoBlock(Sequence[T]):
     def memory(self) -> memoryview:
         """The elements as contiguous memory of the FIFO, read-only for a reader.
 
-        In the FIFOs of an ICanChannel and an ILinMonitor there are gaps between the CANMSG or LINMSG: for their reader
-        this is a copy, for a channel's writer it raises VciNotImplemented.
+        The FIFOs of an ICanChannel and an ILinMonitor have gaps between the CANMSGs or LINMSGs: for their reader this
+        is a copy, for a channel's writer it raises VciNotImplemented.
         """
         return self._form.compact(self._alive(), writable=self._writable)
 

@@ -99,12 +99,12 @@ _MEANINGS = {
     VCI_E_DISCONNECTED: "the connection is lost",
     VCI_E_INVALID_FIRMWARE: "the firmware cannot be used, or is too old",
     VCI_E_INVALID_LICENSE: "the licence is not valid",
-    VCI_E_NO_SUCH_LICENSE: "there is no such licence",
+    VCI_E_NO_SUCH_LICENSE: "no such licence exists",
     VCI_E_LICENSE_EXPIRED: "the licence has expired",
     VCI_E_LICENSE_QUOTA_EXCEEDED: "the limit of the licence is reached",
     VCI_E_INVALID_TIMING: "the bit timing is wrong",
     VCI_E_IN_USE: "the resource is taken",
-    VCI_E_NO_SUCH_DEVICE: "there is no such device",
+    VCI_E_NO_SUCH_DEVICE: "no such device exists",
     VCI_E_DEVICE_NOT_CONNECTED: "the device is not plugged in",
     VCI_E_DEVICE_NOT_READY: "the device is not ready",
     VCI_E_TYPE_MISMATCH: "the type is wrong",
@@ -212,7 +212,7 @@ class VciDisconnected(VciError, code=VCI_E_DISCONNECTED):
 
 
 class VciNoSuchDevice(VciError, code=VCI_E_NO_SUCH_DEVICE):
-    """VCI_E_NO_SUCH_DEVICE: there is no such device."""
+    """VCI_E_NO_SUCH_DEVICE: no such device exists."""
 
 
 class VciDeviceNotConnected(VciError, code=VCI_E_DEVICE_NOT_CONNECTED):
