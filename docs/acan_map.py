@@ -2,9 +2,9 @@
 
     python docs/acan_map.py [DIRECTORY OF THE MANUALS]
 
-The names are read from the manual's text (../shared/seeds unless told otherwise) or, without it, from the page as it
-stands. The text is scanned: REPAIRS says what its letters were. A name without a counterpart ends the script, naming
-it; tests/docs/test_acan_map.py looks every counterpart up in the running package.
+The script reads the names from the manual's text (in ../shared/seeds by default) or, without that, from the existing
+page. The text is scanned: REPAIRS has the correct spelling of misread names. The script fails with the names that have
+no counterpart; tests/docs/test_acan_map.py checks each counterpart in the running package.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _structures(text: str) -> Iterator[Name]:
 
 
 def _fields(block: str) -> Iterator[tuple[str, str]]:
-    """Type and name line by line; either may stand on a line of its own, and semicolons may be lost."""
+    """Type and name line by line; they may be on separate lines, and semicolons may be missing."""
     type_ = ""
     for line in re.sub(r"/\* (?=ACANI)", "", block).splitlines():
         code = re.sub(r"\s|;|\[.*|/\*.*", "", line)
@@ -212,15 +212,15 @@ def _programs(text: str) -> Iterator[Name]:
 # counterparts: by rule where the name is the same, by table elsewhere
 
 NO_NAMES = {
-    "ADTM.EXE": "another product: MS-DOS's tasks are threads here",
-    "ADTM.INI": "ADTM's own",
-    "SYSTEM.INI": "Windows' own; what ACAN has in it: `canwire.acan.install.Installation.from_ini`",
-    "IrqRoutines": "ADTM's own",
-    "Irqs": "ADTM's own",
-    "ADTM_get_tid": "ADTM's own; any number does",
-    "ADTM_notify_event": "ADTM's own; `canwire.acan.Int2d` calls its `notify_event`",
-    "ADTM_start_task": "ADTM's own; a thread",
-    "ADTM_wait_event": "ADTM's own; `canwire.acan.task_block.TaskBlock.wait`",
+    "ADTM.EXE": "another product: canwire has threads in place of its MS-DOS tasks",
+    "ADTM.INI": "belongs to ADTM",
+    "SYSTEM.INI": "belongs to Windows; ACAN's section in it: `canwire.acan.install.Installation.from_ini`",
+    "IrqRoutines": "belongs to ADTM",
+    "Irqs": "belongs to ADTM",
+    "ADTM_get_tid": "belongs to ADTM; any number will do",
+    "ADTM_notify_event": "belongs to ADTM; `canwire.acan.Int2d` calls its `notify_event`",
+    "ADTM_start_task": "belongs to ADTM; a thread",
+    "ADTM_wait_event": "belongs to ADTM; `canwire.acan.task_block.TaskBlock.wait`",
 }
 TABLES = {
     "type": {
@@ -229,9 +229,9 @@ TABLES = {
         "tACANID": "`canwire.acan.ACANID`",
         "tACANTB": "`canwire.acan.ACANTB`",
         "ACANID": "`canwire.acan.ACANID`",
-        "PXXX": "the thing itself",
-        "FPXXX": "the thing itself; in `canwire.acan.ByteMemory` a `canwire.acan.FarPointer`",
-        "LPXXX": "the thing itself; in `canwire.acan.ByteMemory` a `canwire.acan.FarPointer`",
+        "PXXX": "the object itself",
+        "FPXXX": "the object itself; in `canwire.acan.ByteMemory` a `canwire.acan.FarPointer`",
+        "LPXXX": "the object itself; in `canwire.acan.ByteMemory` a `canwire.acan.FarPointer`",
         "ACANAPI": "calling convention of C",
         "CALLBACK": "calling convention of C",
     },

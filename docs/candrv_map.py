@@ -2,9 +2,9 @@
 
     python docs/candrv_map.py [DIRECTORY OF THE MANUALS]
 
-The names are read from the manual's text (../shared/seeds unless told otherwise) or, without it, from the page as it
-stands. A name without a counterpart ends the script, naming it; tests/docs/test_candrv_map.py looks every counterpart
-up in the running package.
+The script reads the names from the manual's text (in ../shared/seeds by default) or, without that, from the existing
+page. It fails with the names that have no counterpart; tests/docs/test_candrv_map.py checks each counterpart in the
+running package.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ WIN32 = {
 
 
 def counterpart(name: Name) -> str:
-    """What stands in the page's third column; raises Missing."""
+    """The text of the page's third column; raises Missing."""
     from canwire import candrv
     from canwire.candrv.registry.settings import FIELDS, row_of
     from canwire.candrv.text import WORDS

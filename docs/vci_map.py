@@ -2,8 +2,8 @@
 
     python docs/vci_map.py [DIRECTORY OF THE MANUALS]
 
-The names are read from the manuals' text (../shared/seeds unless told otherwise) or, without them, from the page as
-it stands. Every counterpart is looked up in the running package; a name without one ends the script, naming it.
+The script reads the names from the manuals' text (in ../shared/seeds by default) or, without them, from the existing
+page. It checks each counterpart in the running package, and fails with the names that have none.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ KINDS += ["type", "member", "parameter", NO_NAME]
 HEAD = """# The names of VCI, and where they are here
 
 Written by `python docs/vci_map.py` from the text of the two manuals: change that, not this page. {total} names.
-[porting-vci.md](porting-vci.md) says how to port a program.
+[Porting a VCI program](porting-vci.md) shows how to port programs.
 """
 
 
@@ -52,7 +52,7 @@ TYPES = {  # of Windows, as the manual uses them
     "PCHAR": "`str`",
     "PTCHAR": "`str`, returned",
     "PGUID": "`uuid.UUID`, returned",
-    "PVOID": "what is asked for, returned",
+    "PVOID": "the result, returned",
     "LUID": "`canwire.vci.VciId`",
     "HANDLE": "`canwire.Event`",
     "HRESULT": "`canwire.vci.VciError`, raised, with its code",
@@ -361,7 +361,7 @@ def _parameters(name: str) -> Iterator[str]:
 
 
 def _owners(module: Any, attribute: str) -> str:
-    """The classes of a module that bring an attribute along, for a name that stands without its owner."""
+    """The classes of a module that have an attribute, for a name without its owner."""
     classes = _classes(module)
     return _listed(
         f"{module.__name__}.{cls.__name__}.{attribute}"

@@ -75,7 +75,7 @@ VCI = {
     "vci/net4/test_lines::counting_in_bytes_that_are_not_sent",
     "`VciBusType.FlexRay`": "vci/v3/test_enums::members vci/net4/test_names::every_value_is_the_contracts",
     "`CanMsgError.Other`": "vci/v3/test_enums::members vci/net4/test_names::every_value_is_the_contracts",
-    "`Current` before the first board and behind the last": "vci/v3/test_devices::"
+    "`Current` before the first board and after the last": "vci/v3/test_devices::"
     "before_the_first_and_behind_the_last_there_is_no_current",
 }
 

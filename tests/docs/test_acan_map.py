@@ -39,7 +39,7 @@ def test_every_row_names_a_counterpart_or_says_why_not() -> None:
         said = (
             "`" in row[3]
             or row[2] == name_map.NO_NAME
-            or row[3] in {"the thing itself", "calling convention of C"}
+            or row[3] in {"the object itself", "calling convention of C"}
         )
         assert said, row[0]
 

@@ -34,7 +34,7 @@ def test_every_counterpart_exists() -> None:
     for row in ROWS:
         if row[2] != name_map.NO_NAME:
             places = re.findall(r"`([^`]+)`", row[3])
-            assert places or row[3] == "what is asked for, returned", row[0]
+            assert places or row[3] == "the result, returned", row[0]
             for place in places:
                 assert exists(place), row[0]
 

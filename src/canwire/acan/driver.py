@@ -141,7 +141,7 @@ class Driver:
     def hold_filters(self) -> AbstractContextManager[None]:
         """A context: while entered, only this driver configures the controller and takes it on or off the bus.
 
-        Programs that need their own filters use it, such as CANSPY. InUse: here if the control is taken, else there.
+        Programs that need their own filters use it, such as CANSPY. Raises InUse if another program has the control.
         """
         self._check()
         return self._line.hold()
@@ -265,7 +265,7 @@ class Driver:
     def _take_some(self) -> list[TaskBlock] | None:
         """Handle what has arrived; returns the blocks to notify after the lock is released, None if nothing arrived.
 
-        It stops early when a block to be notified has a FIFO half full: so its application can empty it in time.
+        It stops early if a block that must be notified has a FIFO half full, so that its application can empty it.
         """
         due: list[TaskBlock] = []
         with self._service.lock:

@@ -13,7 +13,7 @@ from canwire.candrv.constants import Win32Error
 
 TEXTS = {
     Win32Error.ERROR_SUCCESS: "the operation completed successfully",
-    Win32Error.ERROR_FILE_NOT_FOUND: "there is no such device",
+    Win32Error.ERROR_FILE_NOT_FOUND: "no such device exists",
     Win32Error.ERROR_ACCESS_DENIED: "the handle was not opened with the access that the call needs",
     Win32Error.ERROR_INVALID_HANDLE: "the handle is closed or invalid",
     Win32Error.ERROR_INVALID_DATA: "the data is invalid",

@@ -1,4 +1,4 @@
-"""VCI V4: the CAN and LIN interface of IXXAT's boards, on canwire's.
+"""VCI V4: the CAN and LIN programming interface of IXXAT's boards, implemented on canwire's.
 
 >>> from canwire import connect, vci
 >>> with connect(time="fast") as hub:
@@ -7,8 +7,8 @@
 ...         [device.description for device in devices]
 ['USB-to-CAN FD (simulated)', 'USB-to-CAN V2 (simulated)']
 
-Functions and methods have C's names in Python's spelling, return what C hands out through pointers, and raise
-VciError where C returns another HRESULT than VCI_OK. Constants keep their names.
+Functions and methods have C's names in Python's spelling. They return what C returns through pointers, and raise
+VciError if C returns an HRESULT other than VCI_OK. Constants keep their names.
 Source: VCI V4 manual.
 """
 

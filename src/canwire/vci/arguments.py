@@ -1,4 +1,4 @@
-"""Numbers from the caller, as C's parameters could hold them."""
+"""Checks of arguments: numbers in the range of C's parameters, and structures."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def within(name: str, value: int, low: int, high: int) -> int:
 
 
 def instance(value: T, kind: type[T]) -> T:
-    """The value; raises VciInvalidArgument if it is something else than the structure that belongs here."""
+    """The value; raises VciInvalidArgument if it is not an instance of `kind`."""
     if not isinstance(value, kind):
         raise VciError.of(VCI_E_INVALIDARG, f"a {kind.__name__} belongs here, not {value!r:.60}")
     return value
 
 
 def is_extended(select: int) -> bool:
-    """Which filter bSelect means: CAN_FILTER_STD or CAN_FILTER_EXT; raises VciInvalidArgument."""
+    """Whether bSelect is CAN_FILTER_EXT, not CAN_FILTER_STD; raises VciInvalidArgument for another number."""
     return within("select", select, CAN_FILTER_STD, CAN_FILTER_EXT) == CAN_FILTER_EXT

@@ -1,4 +1,4 @@
-"""Arrays of messages need numpy, which is loaded when one is asked for."""
+"""Arrays of messages need numpy, which is loaded at the first use."""
 
 from __future__ import annotations
 

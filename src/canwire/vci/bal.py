@@ -54,7 +54,7 @@ _BUS_INTERFACES = {iid for name, iid in INTERFACES.items() if name.startswith(("
 class BalObject(Unknown):
     """IBalObject. Any number of programs may open it, unless another access layer of the board is open.
 
-    It stays open for as long as anything that was opened from it. Source: manual 6.5.1.
+    It stays open while any interface that was opened from it is open. Source: manual 6.5.1.
     """
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IBalObject})
@@ -67,7 +67,7 @@ class BalObject(Unknown):
 
     @classmethod
     def open(cls, hub: Hub, board: BoardInfo) -> Self:
-        """For the device."""
+        """Open the access layer of a board; VciDevice calls this."""
         return cls(hub, board, Layer(hub.open_layer(board.id, LAYER)))
 
     @vci_call
@@ -81,10 +81,10 @@ class BalObject(Unknown):
     def open_socket(self, bus_no: int, iid: UUID) -> Any:
         """OpenSocket: an interface of connector `bus_no`, 0 to bus_socket_count - 1.
 
-        Of a CAN connector IID_ICanSocket, IID_ICanControl and IID_ICanScheduler, each with or without a 2 at its
-        end, of a LIN connector IID_ILinSocket and IID_ILinControl; sockets create channels and monitors. Raises
+        A CAN connector has IID_ICanSocket, IID_ICanControl and IID_ICanScheduler, each with or without a 2 at its
+        end; a LIN connector has IID_ILinSocket and IID_ILinControl. Sockets create channels and monitors. Raises
         VciInvalidIndex for another number, VciAccessDenied for a control or scheduler that is open already,
-        VciNotImplemented for interfaces that this connector does not have, VciNoInterface for others.
+        VciNotImplemented for an interface that this connector does not have, VciNoInterface for any other.
         """
         if not isinstance(bus_no, int) or not 0 <= bus_no < len(self._board.lines):
             last = len(self._board.lines) - 1
@@ -98,7 +98,7 @@ class BalObject(Unknown):
         return opened(BusLine(self._hub, self._board, bus_no, self._layer))
 
     def keep_settings(self, bus_no: int) -> LeaseObject:
-        """For V3, where a line keeps its settings as long as any interface of it is open (rulings.md 37)."""
+        """For V3, in which a line keeps its settings while any of its interfaces is open (rulings.md 37)."""
         line = BusLine(self._hub, self._board, bus_no, self._layer)
         lease = line.keep_settings()
         return LeaseObject(line.share(), lease)

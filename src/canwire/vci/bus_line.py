@@ -1,4 +1,4 @@
-"""One connector of a board, and the access layer that all its interfaces keep open.
+"""One connector of a board, and the access layer, which each of its interfaces keeps open.
 
 Source: VCI V4 manual chapter 5.
 """
@@ -32,18 +32,18 @@ if TYPE_CHECKING:
 
 _BUSES = {"can": VCI_BUS_CAN, "lin": VCI_BUS_LIN}
 
-KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it, and hear alike
+KIN = "VCI"  # VCI programs may configure a line that another VCI program runs, as in the manual, and receive the same
 
 
 class Layer:
-    """The open bus access layer of a board: as long as one share of it is left, no other layer can be opened."""
+    """The open bus access layer of a board: while any share of it is open, no other layer can be opened."""
 
     def __init__(self, lease: Lease) -> None:
         self._lease = lease
         self._shares = 1
 
     def check(self) -> None:
-        """Raise Unplugged, HubLost or Closed if there is nothing left to use."""
+        """Raises Unplugged, HubLost or Closed if the layer can no longer be used."""
         self._lease.check()
 
     def share(self) -> Self:
@@ -51,7 +51,7 @@ class Layer:
         return self
 
     def close(self) -> None:
-        """Give a share back."""
+        """Close one share; the last one closes the layer."""
         self._shares -= 1
         if self._shares == 0:
             self._lease.close()
@@ -76,9 +76,9 @@ class BusLine:
 
     @property
     def lin_capabilities(self) -> LinCapabilities:
-        """Of a LIN line."""
+        """The capabilities of a LIN line; raises Unsupported for another line."""
         if self.info.lin is None:
-            raise Unsupported(f"{self.info.name} is no LIN line")
+            raise Unsupported(f"{self.info.name} is not a LIN line")
         return self.info.lin
 
     def status(self) -> LineStatus:
@@ -86,7 +86,7 @@ class BusLine:
             return self.hub.line_status(self.board.id, self.number, kin=KIN)
 
     def obstacle(self) -> str:
-        """What keeps a real adapter off its bus, "" where nothing does."""
+        """The obstacle that keeps a real adapter off its bus; "" if there is none."""
         return self.hub.obstacle(self.board, self.number)
 
     def open_control(self) -> Control:
@@ -118,12 +118,12 @@ class BusLine:
             return self.hub.open_monitor(self.board.id, self.number, exclusive=exclusive)
 
     def share(self) -> BusLine:
-        """The same with a share of its own."""
+        """The same connector, with a separate share of the access layer."""
         return BusLine(self.hub, self.board, self.number, self.layer.share())
 
     @staticmethod
     def _plugged() -> AbstractContextManager[None]:
-        """The board was there once: where the hub does not know it any more, it was pulled out."""
+        """A context in which a board that the hub no longer has raises VCI_E_DEVICE_NOT_CONNECTED: it was removed."""
         return meaning(VCI_E_DEVICE_NOT_CONNECTED, NoSuchBoard)
 
 

@@ -1,4 +1,4 @@
-"""Bus and controller types: a 16-bit word, the bus in bits 15-8, the controller in bits 7-0.
+"""Bus and controller types: a 16-bit word with the bus in bits 15-8 and the controller in bits 7-0.
 
 Source: vcitype.h, baltype.h and cantype.h of VCI 4.1; VCI V4 manual 7.1.4, 7.2.1,
 7.3.1; reference/vci.md section 2.
@@ -39,7 +39,7 @@ CAN_CTRL_CFDMIN = 0x40
 CAN_CTRL_CFDMAX = 0x7F
 CAN_CTRL_MAXVAL = 0xFF
 
-# the manual calls the same CAN_TYPE_
+# the manual's names for the same numbers begin with CAN_TYPE_
 CAN_TYPE_UNKNOWN = CAN_CTRL_UNKNOWN
 CAN_TYPE_82527 = CAN_CTRL_82527
 CAN_TYPE_82C200 = CAN_CTRL_82C200

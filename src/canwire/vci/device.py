@@ -46,7 +46,7 @@ class VciDeviceManager(Unknown):
 
     @vci_call
     def enum_devices(self) -> VciEnumDevice:
-        """EnumDevices: a look through the list of boards, independent of all others."""
+        """EnumDevices: a new enumeration of the boards, independent of all others."""
         return VciEnumDevice(self._hub)
 
     @vci_call
@@ -62,7 +62,7 @@ class VciDeviceManager(Unknown):
 
 
 class VciEnumDevice(Unknown):
-    """IVciEnumDevice: goes through the boards that are plugged in while it does; iterable. Source: manual 6.3.2."""
+    """IVciEnumDevice: enumerates the boards that are plugged in at each call; iterable. Source: manual 6.3.2."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciEnumDevice})
 
@@ -74,9 +74,9 @@ class VciEnumDevice(Unknown):
 
     @vci_call
     def next(self, count: int = 1) -> list[VciDeviceInfo]:
-        """Next: up to `count` boards further on; raises VciNoMoreItems when none is left.
+        """Next: the next boards, up to `count`; raises VciNoMoreItems when none is left.
 
-        A board plugged in after that is found by another call.
+        A later call finds a board that is plugged in after that.
         """
         boards = self._ahead(within("count", count, 0, UINT32))
         if count and not boards:
@@ -85,7 +85,7 @@ class VciEnumDevice(Unknown):
 
     @vci_call
     def skip(self, count: int) -> None:
-        """Skip: pass over `count` boards, or as many as are left."""
+        """Skip: skip `count` boards, or as many as are left."""
         self._ahead(within("count", count, 0, UINT32))
 
     @vci_call
@@ -95,14 +95,14 @@ class VciEnumDevice(Unknown):
 
     @vci_call
     def assign_event(self, event: Event | None) -> None:
-        """AssignEvent: signal this event whenever a board comes or goes, in place of one before; None: no event."""
+        """AssignEvent: signal this event when a board comes or goes; it replaces the last one, None removes it."""
         self._forget_event()
         if event is not None:
             self._hub.watch(event)
             self._event = event
 
     def __iter__(self) -> Iterator[VciDeviceInfo]:
-        """From where `next` stands to the end of the list."""
+        """Yields the boards that `next` would return, up to the end of the list."""
         while found := self._one():
             yield found[0]
 
@@ -125,7 +125,7 @@ class VciEnumDevice(Unknown):
 
 
 class VciDevice(Unknown):
-    """IVciDevice: one board. Every call raises VciDeviceNotConnected once it is pulled out. Source: manual 6.3.3."""
+    """IVciDevice: one board. Each call raises VciDeviceNotConnected once it is removed. Source: manual 6.3.3."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciDevice})
 
@@ -147,13 +147,13 @@ class VciDevice(Unknown):
 
     @vci_call
     def open_component(self, clsid: UUID, iid: UUID) -> BalObject:
-        """OpenComponent: CLSID_VCIBAL by IID_IBalObject or IID_IUnknown.
+        """OpenComponent: CLSID_VCIBAL with IID_IBalObject or IID_IUnknown.
 
         Raises VciAccessDenied while another access layer of the board is open, VciNotImplemented for another
         component, VciNoInterface for another interface.
         """
         if clsid != CLSID_VCIBAL:
-            raise VciError.of(VCI_E_NOT_IMPLEMENTED, f"component {clsid}: CLSID_VCIBAL is all there is")
+            raise VciError.of(VCI_E_NOT_IMPLEMENTED, f"component {clsid}: the only one is CLSID_VCIBAL")
         if iid not in BalObject.interfaces:
             raise no_interface(self, iid)
         with meaning(VCI_E_DEVICE_NOT_CONNECTED, NoSuchBoard):
@@ -169,7 +169,7 @@ class VciDevice(Unknown):
 
 
 def vci_boards(hub: Hub) -> list[BoardInfo]:
-    """The boards that VCI knows: those of a device class."""
+    """The boards of VCI: those that have a device class."""
     return [board for board in hub.boards() if board.device_class]
 
 

@@ -1,7 +1,7 @@
-"""What the interfaces of a CAN and of a LIN connector have in common: sockets, control units, queues.
+"""The common part of the interfaces of CAN and LIN connectors: sockets, control units, queues.
 
-What a line of either kind can do, how it is set up and how it is stays apart in can/line.py and lin/line.py: there
-the same words mean other bits.
+The capabilities, the configuration and the status of a line are separate, in can/line.py and lin/line.py, since the
+same words mean different bits there.
 Source: VCI V4 manual 5.2 and 5.3.
 """
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Lease(Protocol):
-    """What of a line one program holds."""
+    """Something of a line that one program holds."""
 
     def check(self) -> None: ...
     def close(self) -> None: ...
@@ -74,11 +74,11 @@ class LineObject(Unknown):
 
 
 class SocketObject(LineObject):
-    """What ICanSocket and ILinSocket have in common."""
+    """The common part of ICanSocket and ILinSocket."""
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
-        """For the BAL: any number of programs may have one."""
+        """Open a socket; BalObject calls this. Any number of programs may have one."""
         return cls(line.share())
 
     @vci_call
@@ -93,7 +93,7 @@ class SocketObject(LineObject):
 
 
 class LeaseObject(LineObject):
-    """An interface that holds something of the line besides: it is gone when that is."""
+    """An interface that also holds a lease of the line: it can be used only while the lease is valid."""
 
     _lease: Lease
 
@@ -113,16 +113,16 @@ class LeaseObject(LineObject):
 
 
 class ControlObject(LeaseObject):
-    """What the control units have in common. One program at a time may have a line's."""
+    """The common part of the control units. One program at a time may have the control unit of a line."""
 
     _lease: ControlLease
 
     @vci_call
     def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a frame being sent; the line is not initialised then.
+        """ResetLine: leave the bus immediately, also in the middle of a frame; the line is not initialised afterwards.
 
-        A CAN line's filter lists are empty, their modes those of `init_line`; a LIN line's response table is
-        empty. FIFOs keep what is in them.
+        The filter lists of a CAN line are then empty, with the modes of `init_line`; the response table of a LIN line
+        is empty. FIFOs keep their messages.
         """
         self._lease.reset()
 
@@ -133,12 +133,12 @@ class ControlObject(LeaseObject):
 
     @vci_call
     def stop_line(self) -> None:
-        """StopLine: leave the bus once the frame being sent is through; filters, response table and FIFOs stay."""
+        """StopLine: leave the bus after the frame that is being sent; filters, response table and FIFOs stay."""
         self._lease.stop()
 
 
 class QueueState(NamedTuple):
-    """What the statuses of channels and monitors have in common; the load in percent."""
+    """The common part of the statuses of channels and monitors; the load is in percent."""
 
     activated: bool = False
     rx_overrun: bool = False
@@ -146,7 +146,7 @@ class QueueState(NamedTuple):
 
 
 class QueueObject(LeaseObject, Generic[T]):
-    """What channels and monitors have in common: a receive FIFO, made by Initialize, and one reader at a time."""
+    """The common part of channels and monitors: a receive FIFO, made by Initialize, and one reader at a time."""
 
     _lease: QueueLease
     _form: Elements[T]
@@ -154,12 +154,12 @@ class QueueObject(LeaseObject, Generic[T]):
     def __init__(self, line: BusLine, lease: QueueLease) -> None:
         super().__init__(line, lease)
         self._initialized = False
-        self._made = 0  # so many times were there new FIFOs
-        self._ends: dict[str, FifoEnd[T]] = {}  # those that are open: "reader", a channel's "writer"
+        self._made = 0  # how many times FIFOs were made
+        self._ends: dict[str, FifoEnd[T]] = {}  # the open ends: "reader", and "writer" of a channel
 
     @vci_call
     def activate(self) -> None:
-        """Activate: from now on messages move between FIFOs and line, as far as that runs.
+        """Activate: messages move between the FIFOs and the line from now on, while the line runs.
 
         Raises VciNotInitialized before `initialize`.
         """
@@ -168,7 +168,7 @@ class QueueObject(LeaseObject, Generic[T]):
 
     @vci_call
     def deactivate(self) -> None:
-        """Deactivate: no more; what waits in the FIFOs stays. Raises VciNotInitialized before `initialize`."""
+        """Deactivate: messages move no longer; the FIFOs keep theirs. Raises VciNotInitialized before `initialize`."""
         self._check_initialized()
         self._lease.deactivate()
 
@@ -186,7 +186,7 @@ class QueueObject(LeaseObject, Generic[T]):
         return reader
 
     def _siblings(self, end: RingEnd, own: UUID, open_end: Callable[[], Unknown]) -> Sibling:
-        """What opens other interfaces of one of its FIFOs, until the FIFOs are made anew."""
+        """A function that opens other interfaces of one of its FIFOs, until `initialize` makes new FIFOs."""
         made = self._made
 
         def gone() -> None:
@@ -197,7 +197,7 @@ class QueueObject(LeaseObject, Generic[T]):
         return QueueFifo(end, self._form, own, open_end, gone).sibling
 
     def _made_anew(self) -> None:
-        """The FIFOs are new; ends of the old ones are dead."""
+        """After new FIFOs were made: the ends of the old FIFOs can no longer be used."""
         self._cut(f"{self._lease.name} was initialised again")
         self._initialized = True
         self._made += 1
@@ -231,5 +231,5 @@ class QueueObject(LeaseObject, Generic[T]):
 
 
 def fifo_load(end: RingEnd) -> int:
-    """How full a FIFO is, 0 to 100 percent."""
+    """The load of a FIFO, 0 to 100 percent."""
     return int(end.ring.fill() * 100 // end.ring.capacity)

@@ -1,4 +1,4 @@
-"""The functions that VCI exports: everything starts here.
+"""The functions that VCI exports: a program begins with them.
 
 Source: VCI V4 manual 6.1; rulings.md 2, 12 and 13.
 """
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from canwire import Hub
 
 AnyFifo = VciFifo2 | FifoReader[bytes] | FifoWriter[bytes]
-_MANUAL = (4, 0)  # the version of VCI whose manual this package follows
+_MANUAL = (4, 0)  # the version of VCI in the manual that this package follows
 _VER_PLATFORM_WIN32_NT = 2
 _HARDWARE_ID = 16
 _process: dict[str, Hub] = {}  # "hub": the one that `initialize` found
 
 
 def initialize(hub: Hub | str | None = None) -> None:
-    """VciInitialize: connect this process to the boards; everything but texts and versions needs that first.
+    """VciInitialize: connect this process to the boards. All functions except texts and versions need it first.
 
-    `hub` is a connection, a hub's address, or None for the usual hub (`canwire.connect`). Calling it again
-    without one does nothing while that connection holds; with one, what is opened from now on comes from there.
-    Raises VciDisconnected if there is no hub.
+    `hub` is a connection, the address of a hub, or None for the default hub (`canwire.connect`). A second call without
+    `hub` does nothing while the connection exists; with `hub`, objects opened afterwards use that hub.
+    Raises VciDisconnected if no hub answers.
     """
     with translated():
         if hub is None:
@@ -52,9 +52,9 @@ def initialize(hub: Hub | str | None = None) -> None:
 
 
 def get_version() -> VciVersionInfo:
-    """VciGetVersion: 4.0, the VCI of the manual, with canwire's own version behind it; and the system's version.
+    """VciGetVersion: 4.0, the version of VCI in the manual, then canwire's version, and the system's version.
 
-    `vci_rev_number` is canwire's major * 100 + minor, `vci_build_number` its last number.
+    `vci_rev_number` is canwire's major * 100 + minor, `vci_build_number` is canwire's last number.
     """
     major, minor, build = _numbers(canwire.__version__)
     if sys.platform == "win32":
@@ -65,7 +65,7 @@ def get_version() -> VciVersionInfo:
 
 
 def create_luid() -> VciId:
-    """VciCreateLuid: an identifier that was never given out before, as long as the hub runs."""
+    """VciCreateLuid: an identifier that is unique while the hub runs."""
     with translated():
         return VciId(_hub().create_luid())
 
@@ -76,7 +76,7 @@ def get_device_manager() -> VciDeviceManager:
 
 
 def query_device_by_hwid(hwid: UUID | bytes | str) -> VciDevice:
-    """VciQueryDeviceByHwid: the device with this `unique_hardware_id`, as a GUID, its 16 bytes, or "HW123456".
+    """VciQueryDeviceByHwid: the device with this `unique_hardware_id`: a GUID, its 16 bytes, or text like "HW123456".
 
     Raises VciNoSuchDevice.
     """
@@ -89,7 +89,7 @@ def query_device_by_hwid(hwid: UUID | bytes | str) -> VciDevice:
 
 
 def query_device_by_class(device_class: UUID, instance: int = 0) -> VciDevice:
-    """VciQueryDeviceByClass: number `instance`, from 0, of the devices of a class; raises VciNoSuchDevice."""
+    """VciQueryDeviceByClass: the device with index `instance`, from 0, in a device class; raises VciNoSuchDevice."""
     within("instance", instance, 0, UINT32)
     with translated():
         boards = [board for board in vci_boards(_hub()) if UUID(board.device_class) == device_class]
@@ -101,10 +101,10 @@ def query_device_by_class(device_class: UUID, instance: int = 0) -> VciDevice:
 
 
 def create_fifo(capacity: int, element_size: int, iid: UUID = IID_IVciFifo2) -> tuple[VciId, AnyFifo]:
-    """VciCreateFifo: a new FIFO, its identifier for `access_fifo` in any process, and one of its interfaces.
+    """VciCreateFifo: make a FIFO; returns its identifier for `access_fifo` in any process, and one of its interfaces.
 
-    At least `capacity` elements, 1 to 65535, of `element_size` bytes, 1 to 65535; whole pages of memory are made
-    use of, up to 65535 elements. It lives for as long as somebody holds one of its interfaces.
+    It has at least `capacity` elements, 1 to 65535, of `element_size` bytes, 1 to 65535; whole pages of memory are
+    used, up to 65535 elements. The FIFO exists while any program holds one of its interfaces.
     Raises VciInvalidArgument, VciNoInterface.
     """
     hub = _hub()
@@ -120,10 +120,10 @@ def create_fifo(capacity: int, element_size: int, iid: UUID = IID_IVciFifo2) -> 
 
 
 def access_fifo(vciid: VciId, iid: UUID = IID_IVciFifo2) -> AnyFifo:
-    """VciAccessFifo: another interface of a FIFO that somebody made.
+    """VciAccessFifo: another interface of an existing FIFO.
 
-    IID_IFifoReader and IID_IFifoWriter are given out once at a time, else VciAccessDenied. Raises VciError with
-    VCI_E_OBJECTID_NOT_FOUND if there is no such FIFO, VciNoInterface.
+    Raises VciAccessDenied if IID_IFifoReader or IID_IFifoWriter is open already, VciError with
+    VCI_E_OBJECTID_NOT_FOUND if no FIFO has this identifier, VciNoInterface.
     """
     with translated():
         return open_fifo(_hub(), instance(vciid, VciId).as_int64, iid)
@@ -147,7 +147,7 @@ def _hardware_id(hwid: UUID | bytes | str) -> bytes:
 
 
 def _numbers(version: str) -> tuple[int, int, int]:
-    """The first three numbers of a version, 0 for those it has not."""
+    """The first three numbers of a version, 0 for missing ones."""
     found = [int(digits) & UINT32 for digits in re.findall(r"\d+", version)[:3]]
     major, minor, build = [*found, 0, 0, 0][:3]
     return major, minor, build

@@ -1,7 +1,7 @@
-"""LUIDs and GUIDs to text and back.
+"""Conversion between LUIDs, GUIDs and text.
 
-Source: VCI V4 manual 6.1.5 to 6.1.8; reference/vci.md section 10. The manual gives the
-sizes, 17 and 39 with the final NUL; the order of the LUID's digits is ours: high part, low part.
+Source: VCI V4 manual 6.1.5 to 6.1.8; reference/vci.md section 10. The manual contains the sizes, 17 and 39 with the
+final NUL. It does not define the order of the LUID's digits; canwire writes the high part first, then the low part.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ def luid_to_char(vciid: VciId, size: int = 17) -> str:
     '0000000000010002'
     """
     if not isinstance(vciid, VciId):
-        raise VciError(VCI_E_INVALIDARG, "luid_to_char takes a VciId")
+        raise VciError(VCI_E_INVALIDARG, "luid_to_char needs a VciId")
     return _fitting(vciid.to_bytes()[::-1].hex().upper(), size)
 
 
 def char_to_luid(text: str) -> VciId:
-    """VciCharToLuid: the identifier in 16 hex digits of either case.
+    """VciCharToLuid: the identifier from 16 hex digits in upper or lower case.
 
     Raises VciFail for any other text, VciInvalidArgument for anything but a str.
     """
@@ -39,7 +39,7 @@ def char_to_luid(text: str) -> VciId:
 
 
 def guid_to_char(guid: UUID, size: int = 39) -> str:
-    """VciGuidToChar: the GUID in braces and capitals, for a buffer of `size` characters.
+    """VciGuidToChar: the GUID in braces and in upper case, for a buffer of `size` characters.
 
     Raises VciBufferOverflow if `size` is below 39, VciInvalidArgument for anything but a UUID.
 
@@ -47,12 +47,12 @@ def guid_to_char(guid: UUID, size: int = 39) -> str:
     '{00000000-0000-0000-0000-000000000046}'
     """
     if not isinstance(guid, UUID):
-        raise VciError(VCI_E_INVALIDARG, "guid_to_char takes a uuid.UUID")
+        raise VciError(VCI_E_INVALIDARG, "guid_to_char needs a uuid.UUID")
     return _fitting(f"{{{guid}}}".upper(), size)
 
 
 def char_to_guid(text: str) -> UUID:
-    """VciCharToGuid: the GUID in a text with braces and hyphens, in either case.
+    """VciCharToGuid: the GUID from a text with braces and hyphens, in upper or lower case.
 
     Raises VciFail for any other text, VciInvalidArgument for anything but a str.
     """
@@ -61,7 +61,7 @@ def char_to_guid(text: str) -> UUID:
 
 def _fitting(text: str, size: int) -> str:
     if not isinstance(size, int):
-        raise VciError(VCI_E_INVALIDARG, "the size of a buffer is a whole number")
+        raise VciError(VCI_E_INVALIDARG, "the size of a buffer must be a whole number")
     if size <= len(text):
         raise VciError(VCI_E_BUFFER_OVERFLOW, f"{len(text) + 1} characters with the final NUL")
     return text
@@ -69,7 +69,7 @@ def _fitting(text: str, size: int) -> str:
 
 def _match(pattern: re.Pattern[str], text: str, form: str) -> re.Match[str]:
     if not isinstance(text, str):
-        raise VciError(VCI_E_INVALIDARG, "a str is needed")
+        raise VciError(VCI_E_INVALIDARG, "the text must be a str")
     found = pattern.fullmatch(text.partition("\0")[0])
     if found is None:
         raise VciError(VCI_E_FAIL, f"{text!r:.60} is not {form}")

@@ -1,7 +1,7 @@
-"""canwire's errors as VCI's result codes.
+"""The result code of VCI for each error of canwire.
 
-The first class of an error's own line of ancestors that stands here decides. Source: reference/vci.md
-section 1; where a function's description asks for another code, `meaning` says so there.
+The first class in an error's order of base classes that is in the table decides. Source: reference/vci.md section 1;
+a function whose description requires another code uses `meaning`.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ CODES: Mapping[type[CanwireError], int] = {
 
 
 def as_vci_error(error: CanwireError) -> VciError:
-    """The VciError that says the same; one that is a VciError already is returned as it is."""
+    """The VciError for an error, with the same text; a VciError is returned as it is."""
     if isinstance(error, VciError):
         return error
     code = next(CODES[kind] for kind in type(error).__mro__ if kind in CODES)
@@ -109,7 +109,7 @@ def as_vci_error(error: CanwireError) -> VciError:
 
 @contextlib.contextmanager
 def translated() -> Iterator[None]:
-    """Inside, errors of canwire come out as VciError."""
+    """A context that raises errors of canwire as VciError."""
     try:
         yield
     except CanwireError as error:
@@ -121,7 +121,7 @@ def translated() -> Iterator[None]:
 
 @contextlib.contextmanager
 def meaning(code: int, *kinds: type[CanwireError]) -> Iterator[None]:
-    """Inside, errors of these kinds come out as VciError with this code."""
+    """A context that raises errors of these kinds as VciError with this code."""
     try:
         yield
     except kinds as error:

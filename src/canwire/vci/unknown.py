@@ -1,4 +1,4 @@
-"""What all objects of VCI have in common: reference counts, interfaces, and errors as VciError.
+"""The common part of all objects of VCI: reference counts, interfaces, and errors as VciError.
 
 Source: VCI V4 manual 6.2.
 """
@@ -25,7 +25,7 @@ Object = TypeVar("Object", bound="Unknown")
 
 
 def vci_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenate[Object, P], R]:
-    """A method of an interface: refused when the object is gone, and its errors come out as VciError."""
+    """Makes a method of an interface raise VciError: for each error of canwire, and if the object was released."""
 
     @wraps(method)
     def call(self: Object, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -41,12 +41,13 @@ def vci_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenat
 
 
 class Unknown:
-    """IUnknown: an object that lives for as long as somebody refers to it.
+    """IUnknown: an object that exists while it has references.
 
-    Whoever gets one holds a reference; `release` gives it back, and so does the end of a `with` block. With the
-    last reference the object goes, and every further call raises VciError with VCI_E_INVHANDLE.
-    Calls raise VciError with VCI_E_DISCONNECTED once the hub is gone, and with VCI_E_DEVICE_NOT_CONNECTED once
-    the board is pulled out.
+    A call that returns an object returns one reference; `release` or the end of a `with` block releases it. After the
+    last reference is released, each further call raises VciError with VCI_E_INVHANDLE.
+
+    Calls raise VciError with VCI_E_DISCONNECTED once the hub is gone, and with VCI_E_DEVICE_NOT_CONNECTED once the
+    board is removed.
     """
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown})
@@ -55,7 +56,7 @@ class Unknown:
         self._references = 1
 
     def query_interface(self, iid: UUID) -> Any:
-        """QueryInterface: the object by another of its interfaces, with one reference more.
+        """QueryInterface: another interface of the object, with one more reference.
 
         Raises VciNoInterface for an interface that the object does not have. Source: manual 6.2.1.
         """
@@ -66,20 +67,20 @@ class Unknown:
         return self
 
     def add_ref(self) -> int:
-        """AddRef: one reference more; returns how many there are now. Source: manual 6.2.2."""
+        """AddRef: add a reference; returns the number of references. Source: manual 6.2.2."""
         self._check_references()
         self._references += 1
         return self._references
 
     def release(self) -> int:
-        """Release: one reference less; returns how many are left, 0 when the object is gone.
+        """Release: release a reference; returns how many are left, 0 if the object no longer exists.
 
         Source: manual 6.2.3.
         """
         self._check_references()
         self._references -= 1
         if self._references == 0:
-            with contextlib.suppress(HubLost, Unplugged):  # then there is nothing to give back
+            with contextlib.suppress(HubLost, Unplugged):  # then nothing is left to release
                 self._close()
         return self._references
 
@@ -93,7 +94,7 @@ class Unknown:
             self.release()
 
     def _check(self) -> None:
-        """Raise what keeps the object from being used; classes add the state of what they hold."""
+        """Raises an error if the object cannot be used; subclasses also check what they hold."""
         self._check_references()
 
     def _check_references(self) -> None:
@@ -101,7 +102,7 @@ class Unknown:
             raise VciError.of(VCI_E_INVHANDLE, f"this {type(self).__name__} was released")
 
     def _close(self) -> None:
-        """Give back what the object holds; called once, after the last reference."""
+        """Release what the object holds; called once, after the last reference."""
 
 
 def no_interface(there: Unknown, iid: object) -> VciError:
@@ -110,5 +111,5 @@ def no_interface(there: Unknown, iid: object) -> VciError:
 
 
 def interface_name(iid: object) -> str:
-    """Name of an interface identifier for messages, its digits if nobody knows it."""
+    """The name of an interface identifier for messages; its digits if it is unknown."""
     return next((name for name, known in INTERFACES.items() if known == iid), str(iid))

@@ -111,7 +111,7 @@ def test_autobaud_needs_no_timing() -> None:
     assert can_line.mode_of_init(init, USB_TO_CAN).timing is None
     init = init2(op_mode=init.op_mode, btp_sdr=vci.CanBtp(mode=1))
     assert can_line.mode_of_init2(init, USB_TO_CAN).timing is None
-    with pytest.raises(vci.VciNotSupported, match="finds no fast data bit rate"):
+    with pytest.raises(vci.VciNotSupported, match="cannot detect the fast data bit rate"):
         can_line.mode_of_init2(init2(op_mode=init.op_mode, ex_mode=FD), USB_TO_CAN_FD)
 
 

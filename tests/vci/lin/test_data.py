@@ -233,7 +233,7 @@ def test_length_follows_the_data() -> None:
         assert message.msg_info.dlen == length
         assert len(message.ab_data) == 8
     for wrong in (bytes(9), 5):
-        with pytest.raises(VciInvalidArgument, match=r"LINMSG\.abData takes 8 bytes"):
+        with pytest.raises(VciInvalidArgument, match=r"LINMSG\.abData has 8 bytes"):
             LinMsg(data=wrong)  # type: ignore[arg-type]
         with pytest.raises(VciInvalidArgument):
             message.data = wrong  # type: ignore[assignment]

@@ -116,7 +116,7 @@ def test_a_message_of_the_wrong_kind_is_not_read_into(virtual4: Net4) -> None:
     control = virtual4.start(0)
     port = virtual4.port(0)
     control.stop_line()
-    with pytest.raises(net4.ArgumentException, match="gives CanMessage2"):
+    with pytest.raises(net4.ArgumentException, match="reads CanMessage2"):
         port.reader.read_message(out=ICanMessage())
     port.reader.read_messages()
     assert port.reader.read_messages() == []

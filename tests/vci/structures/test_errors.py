@@ -126,7 +126,7 @@ def test_an_error_says_name_number_meaning_and_why() -> None:
     with pytest.raises(VciTimeout) as caught:
         raise VciError(errors.VCI_E_TIMEOUT, "detect_baud: 5000 ms of silence")
     assert (
-        str(caught.value) == "VCI_E_TIMEOUT (0xE001000B): the wait ran out; detect_baud: 5000 ms of silence"
+        str(caught.value) == "VCI_E_TIMEOUT (0xE001000B): the time ran out; detect_baud: 5000 ms of silence"
     )
     assert isinstance(caught.value, CanwireError)
 

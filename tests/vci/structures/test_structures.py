@@ -380,7 +380,7 @@ def test_length_follows_the_data(kind: type[Message]) -> None:
         assert not any(message.data[length:])
         assert len(message.ab_data) == kind.ROOM
         assert message.msg_info.edl == (length > 8)
-    with pytest.raises(VciInvalidArgument, match=f"{kind.NAME}.abData takes {kind.ROOM} bytes"):
+    with pytest.raises(VciInvalidArgument, match=f"{kind.NAME}.abData has {kind.ROOM} bytes"):
         build(data=bytes(kind.ROOM + 1))
     with pytest.raises(VciInvalidArgument):
         build(data=5)

@@ -1,4 +1,4 @@
-"""ICanChannel and ICanChannel2: a program's own queues on a line.
+"""ICanChannel and ICanChannel2: the queues of one program on a line.
 
 Source: VCI V4 manual 5.2.2, 6.6.5 and 6.6.6; rulings.md 6 and 12.
 """
@@ -49,11 +49,11 @@ _EVENTS = (CAN_MSGTYPE_INFO, CAN_MSGTYPE_ERROR, CAN_MSGTYPE_STATUS, CAN_MSGTYPE_
 
 class _Channel(QueueObject[T]):
     _lease: HubChannel
-    _sends = False  # it has a transmit FIFO
+    _sends = False  # whether it has a transmit FIFO
 
     @classmethod
     def open(cls, line: BusLine, *, exclusive: bool) -> Self:
-        """For the socket."""
+        """Open a channel; the socket calls this."""
         lease = line.open_channel(exclusive=exclusive)
         return cls(line.share(), lease)
 
@@ -61,7 +61,7 @@ class _Channel(QueueObject[T]):
     def get_writer(self) -> FifoWriter[T]:
         """GetWriter: the writing end of the transmit FIFO.
 
-        Raises VciNotInitialized before `initialize`, VciAccessDenied while it is open, VciInvalidState for a
+        Raises VciNotInitialized before `initialize`, VciAccessDenied while the writer is open, VciInvalidState for a
         channel that was initialised without a transmit FIFO.
         """
         self._check_free("writer")
@@ -80,15 +80,15 @@ class _Channel(QueueObject[T]):
         self._sends = mode.transmit > 0
 
     def _loads(self) -> tuple[bool, bool, int, int]:
-        """What both channels' statuses have behind the line's."""
+        """The part of a channel's status after the line's status, in both kinds."""
         return *self._state(), fifo_load(self._lease.writing) if self._sends else 0
 
 
 class CanChannel(_Channel[CanMsg]):
-    """ICanChannel: messages of up to 8 bytes (CanMsg), without a filter of its own.
+    """ICanChannel: messages of up to 8 bytes (CanMsg), without a separate filter.
 
-    It receives what the line's filters let through, and every message that any channel of the line sent with
-    srr, marked so. Source: manual 6.6.5.
+    It receives messages that pass the line's filters, and each message that any channel of the line sent with srr, in
+    which srr is then set. Source: manual 6.6.5.
     """
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ICanChannel})
@@ -96,11 +96,11 @@ class CanChannel(_Channel[CanMsg]):
 
     @vci_call
     def initialize(self, rx_fifo_size: int, tx_fifo_size: int) -> None:
-        """Initialize: make the FIFOs, for at least so many messages; the channel is inactive then.
+        """Initialize: make the FIFOs; the channel is inactive afterwards.
 
-        `rx_fifo_size` 1 to 65535, `tx_fifo_size` 0 to 65535, where 0 makes no transmit FIFO; both grow to whole
-        pages of memory. May be repeated: what stood in the FIFOs is gone then, and their ends are dead.
-        Raises VciInvalidArgument.
+        The sizes are least numbers of messages, `rx_fifo_size` 1 to 65535, `tx_fifo_size` 0 to 65535, where 0 makes no
+        transmit FIFO; both are rounded up to whole pages of memory. A further call makes new FIFOs: the old messages
+        are lost, and readers and writers of the old FIFOs can no longer be used. Raises VciInvalidArgument.
         """
         within("rx_fifo_size", rx_fifo_size, 1, UINT16)
         within("tx_fifo_size", tx_fifo_size, 0, UINT16)
@@ -114,11 +114,12 @@ class CanChannel(_Channel[CanMsg]):
 
 
 class CanChannel2(_Channel[CanMsg2], FilterModes):
-    """ICanChannel2: messages of up to 64 bytes (CanMsg2), with a filter of its own behind the line's.
+    """ICanChannel2: messages of up to 64 bytes (CanMsg2), with a separate filter after the line's.
 
-    Of messages sent with srr it receives its own, marked so and past the filter; with CAN_FILTER_SRRA those of
-    other channels of the line too, through the filter and unmarked. On a controller without CAN FD its writer raises
-    VciNotSupported for messages with edl or fdr. Filter calls raise VciNotInitialized before `initialize`.
+    It receives its own messages sent with srr: srr is set in them, and they bypass the filter. With CAN_FILTER_SRRA it
+    also receives those of other channels of the line, if they pass the filter; srr is not set in them. On a controller
+    without CAN FD its writer raises VciNotSupported for messages with edl or fdr. Filter calls raise VciNotInitialized
+    before `initialize`.
     Source: manual 6.6.6.
     """
 
@@ -134,19 +135,19 @@ class CanChannel2(_Channel[CanMsg2], FilterModes):
     def initialize(
         self, rx_fifo_size: int, tx_fifo_size: int, filter_size: int = 0, filter_mode: int = FilterMode.PASS
     ) -> None:
-        """Initialize: make the FIFOs, for at least so many messages, and the filters; inactive then.
+        """Initialize: make the FIFOs and the filters; the channel is inactive afterwards.
 
-        `rx_fifo_size` from 1, `tx_fifo_size` from 0, where 0 makes no transmit FIFO; both grow to whole pages.
-        `filter_size` is how many identifiers the 29-bit list holds, 0 for no lists at all; `filter_mode` a
-        CAN_FILTER_ mode for both filters, with CAN_FILTER_SRRA if wanted. May be repeated as ICanChannel's.
-        Raises VciInvalidArgument.
+        The sizes are least numbers of messages, `rx_fifo_size` from 1, `tx_fifo_size` from 0, where 0 makes no transmit
+        FIFO; both are rounded up to whole pages. `filter_size` is the number of identifiers in the 29-bit list, 0 for
+        no lists; `filter_mode` is a CAN_FILTER_ mode for both filters, optionally with CAN_FILTER_SRRA. A further call
+        has the same effect as with ICanChannel. Raises VciInvalidArgument.
         """
         within("rx_fifo_size", rx_fifo_size, 1, UINT32)
         within("tx_fifo_size", tx_fifo_size, 0, UINT32)
         within("filter_size", filter_size, 0, UINT32)
         plain = within("filter_mode", filter_mode, 0, UINT8) & ~CAN_FILTER_SRRA
         if not CAN_FILTER_LOCK <= plain <= CAN_FILTER_EXCL:
-            raise VciError.of(VCI_E_INVALIDARG, f"filter_mode {filter_mode:#04x}: a CAN_FILTER_ mode")
+            raise VciError.of(VCI_E_INVALIDARG, f"filter_mode {filter_mode:#04x}: not a CAN_FILTER_ mode")
         siblings = Siblings.AS_BUS if filter_mode & CAN_FILTER_SRRA else Siblings.OWN
         mode = _mode(rx_fifo_size, tx_fifo_size, CanMsg2.SIZE, FilterMode(plain), filter_size, siblings)
         self._set_up(mode)
@@ -158,7 +159,7 @@ class CanChannel2(_Channel[CanMsg2], FilterModes):
 
     @vci_call
     def get_control(self) -> CanControl2:
-        """GetControl: the control unit of the channel's line; raises VciAccessDenied while somebody has it."""
+        """GetControl: the control unit of the channel's line; raises VciAccessDenied while a program has it."""
         return CanControl2.open(self._line)
 
     def _filters(self) -> Filtered:

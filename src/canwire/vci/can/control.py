@@ -1,4 +1,4 @@
-"""ICanControl and ICanControl2: the one lease that sets a line up, starts and stops it.
+"""ICanControl and ICanControl2: the control unit, which configures, starts and stops a line.
 
 Source: VCI V4 manual 5.2.3, 6.6.3 and 6.6.4; rulings.md 4 and 10.
 """
@@ -53,7 +53,7 @@ class _Control(ControlObject, FilterLists):
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
-        """For the BAL and for channels: one program at a time may have it."""
+        """Open the control unit, for the BAL and for channels; one program at a time may have it."""
         lease = line.open_control()
         return cls(line.share(), lease)
 
@@ -63,9 +63,9 @@ class _Control(ControlObject, FilterLists):
     def _detect(
         self, candidates: Candidates, timeout_ms: int, *, iso_fd: bool = True, low_speed: bool = False
     ) -> int:
-        """Index of the candidate that the bus speaks."""
+        """The index of the candidate whose bit rate the bus has."""
         if within("timeout_ms", timeout_ms, 0, UINT16) == 0:
-            raise VciError.of(VCI_E_TIMEOUT, "a bus needs more than 0 ms to be heard")
+            raise VciError.of(VCI_E_TIMEOUT, "the detection needs a timeout of more than 0 ms")
         return self._lease.detect(candidates, timeout_ms, iso_fd=iso_fd, low_speed=low_speed)
 
 
@@ -76,15 +76,17 @@ class CanControl(_Control):
 
     @vci_call
     def detect_baud(self, timeout_ms: int, table: CanBtrTable) -> CanBtrTable:
-        """DetectBaud: find the rate of the running bus; only listens. Returns the table with `index` set.
+        """DetectBaud: find the bit rate of the running bus in listen-only mode. Returns the table with `index` set.
 
-        `timeout_ms` 1 to 65535 of silence at most between two messages; `index` CAN_OPMODE_LOWSPEED for that
-        coupling, else 0 or 0xFF. Raises VciTimeout if nothing is heard, VciInvalidArgument for an empty table,
+        `timeout_ms`, 1 to 65535, is the longest silence between two messages. `index` is CAN_OPMODE_LOWSPEED for that
+        coupling, else 0 or 0xFF. Raises VciTimeout if no message is received, VciInvalidArgument for an empty table,
         VciInvalidState while the line runs.
         """
         _check_table(table, CanBtrTable)
         if table.index not in (0, _NO_INDEX, CAN_OPMODE_LOWSPEED):
-            raise VciError.of(VCI_E_INVALIDARG, f"bIndex {table.index!r}: CAN_OPMODE_LOWSPEED, 0 or 0xFF")
+            raise VciError.of(
+                VCI_E_INVALIDARG, f"bIndex {table.index!r}: it must be CAN_OPMODE_LOWSPEED, 0 or 0xFF"
+            )
         low_speed = table.index == CAN_OPMODE_LOWSPEED
         check_coupling(table.index if low_speed else 0, self._line.capabilities)
         pairs = zip(table.btr0, table.btr1, strict=False)
@@ -94,10 +96,10 @@ class CanControl(_Control):
 
     @vci_call
     def init_line(self, init: CanInitLine) -> None:
-        """InitLine: reset the line and set it up; it is stopped then.
+        """InitLine: reset the line and configure it; it is stopped afterwards.
 
-        Raises VciNotSupported naming the feature that is missing, VciInvalidArgument, VciTimeout if it had to
-        find its bit rate (CAN_OPMODE_AUTOBAUD) and heard nothing.
+        Raises VciNotSupported, which names the missing feature, VciInvalidArgument, and VciTimeout if the line could
+        not detect its bit rate (CAN_OPMODE_AUTOBAUD) because it received nothing.
         """
         self._lease.initialise(mode_of_init(instance(init, CanInitLine), self._line.capabilities))
 
@@ -114,11 +116,11 @@ class CanControl2(_Control, FilterModes):
 
     @vci_call
     def detect_baud(self, op_mode: int, ex_mode: int, timeout_ms: int, table: CanBtpTable) -> CanBtpTable:
-        """DetectBaud: find the rates of the running bus; only listens. Returns the table with `index` set.
+        """DetectBaud: find the bit rates of the running bus in listen-only mode. Returns the table with `index` set.
 
-        `op_mode` CAN_OPMODE_LOWSPEED or not; `ex_mode` CAN_EXMODE_FASTDATA to find the fast rate too, with
-        CAN_EXMODE_NONISO on a bus of such frames. The rest as ICanControl's; raises VciError with
-        VCI_E_INVALID_TIMING for an entry that the line cannot make.
+        `op_mode` is CAN_OPMODE_LOWSPEED for that coupling, else 0; `ex_mode` is CAN_EXMODE_FASTDATA to find the fast
+        rate, too, with CAN_EXMODE_NONISO on a bus with non-ISO frames. Otherwise it is the same as in ICanControl;
+        raises VciError with VCI_E_INVALID_TIMING for an entry that the line cannot make.
         """
         _check_table(table, CanBtpTable)
         capabilities = self._line.capabilities
@@ -134,9 +136,9 @@ class CanControl2(_Control, FilterModes):
 
     @vci_call
     def init_line(self, init: CanInitLine2) -> None:
-        """InitLine: reset the line and set it up with its filters; it is stopped then.
+        """InitLine: reset the line and configure it with its filters; it is stopped afterwards.
 
-        Raises as ICanControl's, and VciError with VCI_E_INVALID_TIMING for a rate or raw value that the line
+        Raises what ICanControl's raises, and VciError with VCI_E_INVALID_TIMING for a rate or raw value that the line
         cannot make.
         """
         self._lease.initialise(mode_of_init2(instance(init, CanInitLine2), self._line.capabilities))
@@ -148,13 +150,13 @@ class CanControl2(_Control, FilterModes):
 
 
 def _check_table(table: Table, kind: type[Table]) -> None:
-    """Raise VciInvalidArgument for a table that C could not hold, and unless 1 to 64 entries count."""
+    """Raises VciInvalidArgument for a value that does not fit C's table, and unless `count` is 1 to 64."""
     instance(table, kind).to_bytes()
     within("bCount", table.count, 1, CAN_BTP_TABLE_SIZE)
 
 
 def _candidates(table: CanBtpTable, capabilities: Capabilities, *, fast: bool) -> Candidates:
-    """The table's timings; raises BadTiming naming the entry that the line cannot make."""
+    """The timings of the table; raises BadTiming, which names an entry that the line cannot make."""
     found: Candidates = []
     for at, pair in enumerate(table.btp[: table.count]):
         try:

@@ -1,4 +1,4 @@
-"""numpy dtypes of CAN messages, under C's field names. numpy is loaded at the first use.
+"""numpy dtypes of CAN messages with C's field names. numpy is loaded at the first use.
 
 Source: reference/vci.md section 5; offsets as in message.py.
 """
@@ -32,7 +32,7 @@ def canmsg2_dtype() -> numpy.dtype[numpy.void]:
 
 @cache
 def canmsg_view_dtype() -> numpy.dtype[numpy.void]:
-    """CANMSG's fields where CANMSG2 has them: a view of 80-byte records that shows 8 bytes of data."""
+    """CANMSG's fields at the offsets of CANMSG2: a view of 80-byte records with 8 bytes of data."""
     return load_numpy().dtype(
         {
             "names": ["dwTime", "dwMsgId", "uMsgInfo", "abData"],

@@ -16,35 +16,36 @@ if TYPE_CHECKING:
 
 
 class FilterLists(Unknown):
-    """A filter for 11-bit and one for 29-bit identifiers, each with an acceptance filter and a list behind it.
+    """A filter for 11-bit and one for 29-bit identifiers, each with an acceptance filter and then a list.
 
-    `select` is CAN_FILTER_STD or CAN_FILTER_EXT. `code` and `mask` are patterns of identifier << 1 | rtr; a mask
-    bit of 1 compares. The list of the 11-bit filter holds 2048 identifiers, each with and without rtr.
-    Changes raise VciInvalidState while the line runs or the channel is active.
+    `select` is CAN_FILTER_STD or CAN_FILTER_EXT. `code` and `mask` are patterns of identifier << 1 | rtr; a 1 in the
+    mask means that the bit is compared. The list of the 11-bit filter has room for 2048 identifiers, each with and
+    without rtr. Changes raise VciInvalidState while the line runs or the channel is active.
     """
 
     def _filters(self) -> Filtered:
-        """The lease that the filters belong to; raises VciNotInitialized before there are any."""
+        """The lease that has the filters; raises VciNotInitialized before they are made."""
         raise NotImplementedError
 
     @vci_call
     def set_acc_filter(self, select: int, code: int, mask: int) -> None:
-        """SetAccFilter: which identifiers the acceptance filter lets through, instead of those before.
+        """SetAccFilter: replace the pattern of the acceptance filter.
 
-        CAN_ACC_CODE_ALL and CAN_ACC_MASK_ALL let all through, CAN_ACC_CODE_NONE and CAN_ACC_MASK_NONE none.
+        All identifiers pass CAN_ACC_CODE_ALL with CAN_ACC_MASK_ALL, none passes CAN_ACC_CODE_NONE with
+        CAN_ACC_MASK_NONE.
         """
         extended = is_extended(select)
         self._filters().set_acceptance(_pattern("code", code), _pattern("mask", mask), extended=extended)
 
     @vci_call
     def add_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """AddFilterIds: put every identifier that agrees with the pattern on the list."""
+        """AddFilterIds: add each identifier that matches the pattern to the list."""
         extended = is_extended(select)
         self._filters().add_ids(_pattern("code", code), _pattern("mask", mask), extended=extended)
 
     @vci_call
     def rem_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """RemFilterIds: take every identifier that agrees with the pattern off the list."""
+        """RemFilterIds: remove each identifier that matches the pattern from the list."""
         extended = is_extended(select)
         self._filters().remove_ids(_pattern("code", code), _pattern("mask", mask), extended=extended)
 
@@ -54,12 +55,12 @@ class FilterModes(FilterLists):
 
     @vci_call
     def get_filter_mode(self, select: int) -> int:
-        """GetFilterMode: CAN_FILTER_ mode now."""
+        """GetFilterMode: the present CAN_FILTER_ mode."""
         return self._filters().filter_mode(extended=is_extended(select))
 
     @vci_call
     def set_filter_mode(self, select: int, mode: int) -> int:
-        """SetFilterMode: returns the mode before."""
+        """SetFilterMode: set a CAN_FILTER_ mode; returns the previous one."""
         within("mode", mode, CAN_FILTER_LOCK, CAN_FILTER_EXCL)
         return self._filters().set_filter_mode(mode, extended=is_extended(select))
 

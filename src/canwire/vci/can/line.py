@@ -1,6 +1,6 @@
-"""How a line is set up and how it is: VCI's structures to canwire's and back.
+"""The configuration and the status of a line: conversion between VCI's structures and canwire's.
 
-A line remembers the structure it was initialised with, so that every program reads the same back.
+A line stores the structure with which it was initialised, so that each program reads the same values.
 Source: VCI V4 manual 5.2.3 and 7.3.6 to 7.3.9; reference/vci.md sections 3 and 7a.
 """
 
@@ -60,9 +60,9 @@ _ERROR_STATES = (ErrorState.ERROR_WARNING, ErrorState.ERROR_PASSIVE, ErrorState.
 
 
 def mode_of_init(init: CanInitLine, capabilities: Capabilities) -> LineMode:
-    """What ICanControl.InitLine asks for; both filters are inclusive, with lists of 2048 identifiers.
+    """The mode for ICanControl.InitLine; both filters are inclusive, with lists of 2048 identifiers.
 
-    Raises VciNotSupported naming the feature that the line lacks, VciInvalidArgument for an impossible mode.
+    Raises VciNotSupported, which names the missing feature, and VciInvalidArgument for an invalid mode.
     """
     note = _NOTE + init.to_bytes()
     check_op_mode(init.op_mode, capabilities)
@@ -73,10 +73,10 @@ def mode_of_init(init: CanInitLine, capabilities: Capabilities) -> LineMode:
 
 
 def mode_of_init2(init: CanInitLine2, capabilities: Capabilities) -> LineMode:
-    """What ICanControl2.InitLine asks for.
+    """The mode for ICanControl2.InitLine.
 
-    Raises as `mode_of_init`, BadTiming for timings that the line cannot make, and VciNotSupported for
-    CAN_OPMODE_AUTOBAUD with CAN_EXMODE_FASTDATA: only the nominal rate can be found.
+    Raises what `mode_of_init` raises, BadTiming for timings that the line cannot make, and VciNotSupported for
+    CAN_OPMODE_AUTOBAUD with CAN_EXMODE_FASTDATA, since only the nominal rate can be detected.
     """
     note = _NOTE2 + init.to_bytes()
     check_op_mode(init.op_mode, capabilities)
@@ -85,7 +85,7 @@ def mode_of_init2(init: CanInitLine2, capabilities: Capabilities) -> LineMode:
     if not init.op_mode & CAN_OPMODE_AUTOBAUD:
         timing = timing_of_btp(init.btp_sdr, capabilities, data=False)
     elif init.ex_mode & CAN_EXMODE_FASTDATA:
-        raise VciError.of(VCI_E_NOT_SUPPORTED, "CAN_OPMODE_AUTOBAUD finds no fast data bit rate")
+        raise VciError.of(VCI_E_NOT_SUPPORTED, "CAN_OPMODE_AUTOBAUD cannot detect the fast data bit rate")
     if init.ex_mode & CAN_EXMODE_FASTDATA:
         data_timing = timing_of_btp(init.btp_fdr, capabilities, data=True)
     standard_filter, extended_filter = _filter_setups(init)
@@ -95,9 +95,9 @@ def mode_of_init2(init: CanInitLine2, capabilities: Capabilities) -> LineMode:
 
 
 def check_op_mode(op_mode: int, capabilities: Capabilities) -> None:
-    """Raise what keeps a line from this bOpMode."""
+    """Raises VciInvalidArgument or VciNotSupported if the line cannot have this bOpMode."""
     if op_mode & ~_OPMODES or not op_mode & _BOTH:
-        what = "CAN_OPMODE_ flags, with STANDARD, EXTENDED or both among them"
+        what = "it needs CAN_OPMODE_ flags with STANDARD, EXTENDED or both"
         raise VciError.of(VCI_E_INVALIDARG, f"operating mode {op_mode:#04x}: {what}")
     if op_mode & _BOTH == _BOTH:
         _need(capabilities, CAN_FEATURE_STDANDEXT, "both frame formats need CAN_FEATURE_STDANDEXT")
@@ -110,16 +110,16 @@ def check_op_mode(op_mode: int, capabilities: Capabilities) -> None:
 
 
 def check_coupling(op_mode: int, capabilities: Capabilities) -> None:
-    """Raise VciNotSupported if CAN_OPMODE_LOWSPEED is asked of a line without that coupling."""
+    """Raises VciNotSupported for CAN_OPMODE_LOWSPEED on a line without that coupling."""
     if op_mode & CAN_OPMODE_LOWSPEED and not capabilities.bus_coupling & CAN_BUSC_LOWSPEED:
-        what = "CAN_OPMODE_LOWSPEED needs CAN_BUSC_LOWSPEED: this line is not coupled so"
+        what = "CAN_OPMODE_LOWSPEED needs CAN_BUSC_LOWSPEED: this line does not have it"
         raise VciError.of(VCI_E_NOT_SUPPORTED, what)
 
 
 def check_ex_mode(ex_mode: int, capabilities: Capabilities) -> None:
-    """Raise what keeps a line from this bExMode."""
+    """Raises VciInvalidArgument or VciNotSupported if the line cannot have this bExMode."""
     if ex_mode & ~_EXMODES:
-        raise VciError.of(VCI_E_INVALIDARG, f"extended operating mode {ex_mode:#04x}: CAN_EXMODE_ flags")
+        raise VciError.of(VCI_E_INVALIDARG, f"extended operating mode {ex_mode:#04x}: not CAN_EXMODE_ flags")
     for flag, feature, what in _EXMODE_NEEDS:
         if ex_mode & flag:
             _need(capabilities, feature, what)
@@ -130,7 +130,7 @@ def check_ex_mode(ex_mode: int, capabilities: Capabilities) -> None:
 
 
 def line_status(status: LineStatus) -> CanLineStatus:
-    """CANLINESTATUS of a line; both registers are 0 where an SJA1000 could not make the bit rate."""
+    """CANLINESTATUS of a line; both registers are 0 if an SJA1000 cannot make the bit rate."""
     made = CanLineStatus(bus_load=_load(status), status=_flags(status))
     if status.initialised and status.mode is not None:
         init = _noted(status.mode)
@@ -143,7 +143,7 @@ def line_status(status: LineStatus) -> CanLineStatus:
 
 
 def line_status2(status: LineStatus) -> CanLineStatus2:
-    """CANLINESTATUS2 of a line; timings as they were given, else in bit/s and ratios."""
+    """CANLINESTATUS2 of a line; timings as given to InitLine, otherwise in bit/s and ratios."""
     made = CanLineStatus2(bus_load=_load(status), status=_flags(status))
     if status.initialised and status.mode is not None:
         mode, init = status.mode, _noted(status.mode)
@@ -185,11 +185,11 @@ def _line_mode(
 
 
 def _filter_setups(init: CanInitLine2) -> tuple[FilterSetup, FilterSetup]:
-    """A size of 0 makes no filter, whatever the mode says; otherwise the mode has to be one."""
+    """A size of 0 makes no filter, with any mode; otherwise the mode must be a CAN_FILTER_ mode."""
     setups = []
     for name, mode, size in (("bSFMode", init.sf_mode, init.sf_ids), ("bEFMode", init.ef_mode, init.ef_ids)):
         if size and not CAN_FILTER_LOCK <= mode <= CAN_FILTER_EXCL:
-            raise VciError.of(VCI_E_INVALIDARG, f"CANINITLINE2.{name} {mode:#04x}: a CAN_FILTER_ mode")
+            raise VciError.of(VCI_E_INVALIDARG, f"CANINITLINE2.{name} {mode:#04x}: not a CAN_FILTER_ mode")
         setups.append(FilterSetup(FilterMode(mode) if size else FilterMode.PASS, size))
     return setups[0], setups[1]
 
@@ -200,7 +200,7 @@ def _need(capabilities: Capabilities, feature: int, what: str) -> None:
 
 
 def _noted(mode: LineMode) -> CanInitLine | CanInitLine2 | None:
-    """The structure that InitLine got; None for a line that was not initialised by VCI."""
+    """The structure that InitLine got; None if a program of another dialect initialised the line."""
     if mode.note.startswith(_NOTE):
         return CanInitLine.from_bytes(mode.note.removeprefix(_NOTE))
     if mode.note.startswith(_NOTE2):
@@ -228,7 +228,7 @@ def _load(status: LineStatus) -> int:
 
 
 def _flags(status: LineStatus) -> int:
-    """CAN_STATUS_; the ideal controller itself never loses a frame, so OVRRUN is never among them."""
+    """The CAN_STATUS_ flags; OVRRUN is never set, since the simulated controller loses no frame."""
     return (
         CAN_STATUS_TXPEND * status.transmitting
         | CAN_STATUS_ERRLIM * (status.state in _ERROR_STATES)

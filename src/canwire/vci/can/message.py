@@ -1,7 +1,7 @@
 """CAN messages: CANMSG, CANMSG2 and their cyclic forms.
 
 Source: VCI V4 manual 7.3.14 to 7.3.18; cantype.h of VCI 4.1; reference/vci.md sections
-3 and 5. The manual forgets CANMSG2's reserved word: with it, a message has 80 bytes.
+3 and 5. The manual omits the reserved word of CANMSG2; with it, a message has 80 bytes.
 """
 
 from __future__ import annotations
@@ -21,13 +21,12 @@ _NO_DLC = 0xFFFF_FFFF ^ 0xF << _DLC_SHIFT
 
 
 class Message(Structure):
-    """What the four kinds of message share.
+    """The common part of the four kinds of message.
 
-    `ab_data` is the whole data field, to be written byte by byte as in C; `data` the part that
-    `msg_info.dlc` makes valid. A constructor copies `msg_info` and takes its bits as keywords too. With
-    `data` it sets dlc, if that is not given, to the next length that there is, and edl for more than 8
-    bytes.
-    Raises VciInvalidArgument for data longer than the field, or than 8 bytes with edl=0.
+    `ab_data` is the whole data field, which can be written byte by byte as in C; `data` is the part that is valid
+    according to `msg_info.dlc`. A constructor copies `msg_info` and also accepts its bits as keywords. `data` sets
+    dlc, if that is not given, to the smallest sufficient length code, and edl for more than 8 bytes.
+    Raises VciInvalidArgument for data longer than the field, or longer than 8 bytes with edl=0.
     """
 
     __slots__ = ("ab_data", "msg_id", "msg_info")
@@ -56,14 +55,14 @@ class Message(Structure):
         try:
             return limited(data, self.ROOM)
         except (TypeError, ValueError):
-            raise VciError(VCI_E_INVALIDARG, f"{self.NAME}.abData takes {self.ROOM} bytes") from None
+            raise VciError(VCI_E_INVALIDARG, f"{self.NAME}.abData has {self.ROOM} bytes") from None
 
     @property
     def data(self) -> bytes:
-        """The valid data bytes: as many as dlc says, none of a remote request, 8 at most without edl.
+        """The valid data bytes: their number follows from dlc, 8 at most without edl, 0 in a remote request.
 
-        Setting them sets dlc to the next length that there is, fills up with zeros, and sets edl for
-        more than 8 bytes.
+        Setting them sets dlc to the smallest sufficient length code, pads with zeros, and sets edl for more than 8
+        bytes.
         """
         info = self.msg_info.value
         if info & _RTR and not info & (_EDL | _FDR):
@@ -98,7 +97,7 @@ _DATA = (("abData", "data"),)
 class CanMsg(Message):
     """A CAN message of up to 8 bytes.
 
-    `time` in ticks: received, when; to send, how long after the message before. `msg_id` 11 or 29
+    `time` is in ticks: the time of reception, or the delay after the previous message to send. `msg_id` has 11 or 29
     bits, right-aligned. Source: manual 7.3.15.
 
     >>> CanMsg(msg_id=0x123, data=b"ab", srr=1)
@@ -128,7 +127,7 @@ class CanMsg(Message):
 
     @classmethod
     def made(cls, time: int, msg_id: int, info: int, data: bytes) -> Self:
-        """The message of these words as they lie in memory, unchecked; every received message comes this way."""
+        """The message for these words of memory, unchecked; each received message is made here."""
         made = cls.__new__(cls)
         made.time, made.msg_id = time, msg_id
         made.msg_info, made.ab_data = CanMsgInfo.made(info), bytearray(data)
@@ -164,7 +163,7 @@ class CanMsg2(Message):
 
     @classmethod
     def made(cls, time: int, reserved: int, msg_id: int, info: int, data: bytes) -> Self:
-        """The message of these words as they lie in memory, unchecked; every received message comes this way."""
+        """The message for these words of memory, unchecked; each received message is made here."""
         made = cls.__new__(cls)
         made.time, made.reserved, made.msg_id = time, reserved, msg_id
         made.msg_info, made.ab_data = CanMsgInfo.made(info), bytearray(data)
@@ -197,8 +196,8 @@ class _Cyclic(Message):
 class CanCyclicTxMsg(_Cyclic):
     """An entry of the cyclic transmit list, of up to 8 bytes.
 
-    `cycle_time` in ticks of the list, up to cms_max_ticks of the capabilities. `incr_mode`
-    CAN_CTXMSG_INC_: what counts up after each transmission; `byte_index` the (lower) byte of the data.
+    `cycle_time` is in ticks of the list, up to cms_max_ticks of the capabilities. `incr_mode` (CAN_CTXMSG_INC_) is the
+    part that is incremented after each transmission; `byte_index` is the byte of the data, of two the lower one.
     Source: manual 7.3.17.
     """
 

@@ -1,4 +1,4 @@
-"""CANMSGINFO: what kind of message it is, in 32 bits.
+"""CANMSGINFO: the kind of a message, in 32 bits.
 
 Source: VCI V4 manual 7.3.14; cantype.h of VCI 4.1; reference/vci.md section 3.
 """
@@ -43,12 +43,12 @@ _BYTES = (("bType", "bytes_type"), ("bReserved", "flags2"), ("bFlags2", "flags2"
     ),
 )
 class CanMsgInfo(InfoWord):
-    """What kind of message it is, over one 32-bit `value`: bit fields, and the same bits as four bytes.
+    """The kind of a message, in one 32-bit `value`: bit fields, and the same bits as four bytes.
 
-    `type` CAN_MSGTYPE_; `ssm` single shot, `hpm` high priority, `edl` CAN FD, `fdr` fast data, `esi`
-    sender was error passive; `dlc` data length code; `ovr` messages were lost before this one, `srr`
-    self-reception, `rtr` remote request, `ext` 29-bit identifier; `afc` CAN_ACCEPT_.
-    Raises VciInvalidArgument for a field that gets more than it holds. Source: manual 7.3.14.
+    `type`: CAN_MSGTYPE_; `ssm`: single shot; `hpm`: high priority; `edl`: CAN FD; `fdr`: fast data; `esi`: the sender
+    was error passive; `dlc`: data length code; `ovr`: messages were lost before this one; `srr`: self-reception;
+    `rtr`: remote request; `ext`: 29-bit identifier; `afc`: CAN_ACCEPT_.
+    Raises VciInvalidArgument for a number that does not fit its field. Source: manual 7.3.14.
     """
 
     BITS: ClassVar[tuple[str, ...]] = _BITS
@@ -78,7 +78,7 @@ class CanMsgInfo(InfoWord):
 
     @classmethod
     def made(cls, value: int) -> Self:
-        """The word of this value, without a look at it."""
+        """The word with this value, unchecked."""
         made = cls.__new__(cls)
         made.value = value
         return made

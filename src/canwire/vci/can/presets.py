@@ -1,7 +1,7 @@
-"""Bit timings for ICanControl2 under the names of cantype.h.
+"""Bit timings for ICanControl2 with the names of cantype.h.
 
-They are constants: an attempt to change one raises dataclasses.FrozenInstanceError; change its
-`copy()`. ABR is the arbitration phase, DBR the data phase, SL and LL are for short and long lines.
+They are constants: an attempt to change one raises dataclasses.FrozenInstanceError; change its `copy()`. ABR means the
+arbitration phase, DBR the data phase, SL and LL short and long lines.
 Source: cantype.h of VCI 4.1 (ABR, DBR: not in 4.0); reference/vci.md section 3.
 """
 

@@ -1,4 +1,4 @@
-"""ICanScheduler and ICanScheduler2: messages that a line sends by itself, again and again.
+"""ICanScheduler and ICanScheduler2: the cyclic transmit list, whose messages a line sends by itself.
 
 Source: VCI V4 manual 5.2.5, 6.6.7, 6.6.8, 7.3.12, 7.3.13, 7.3.17 and 7.3.18; rulings.md 9.
 """
@@ -40,43 +40,43 @@ _RECORD = struct.Struct("<QII64s")
 
 
 class _Scheduler(LeaseObject):
-    """A line has one list: both interfaces mean the same objects by an index."""
+    """The cyclic list of a line. A line has one list: an index means the same object in both interfaces."""
 
     _lease: Scheduler
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
-        """For the BAL: one program at a time; raises VciNotImplemented on a line without such a list."""
+        """Open the list, for the BAL; one program at a time may have it. VciNotImplemented on a line without a list."""
         with meaning(VCI_E_NOT_IMPLEMENTED, Unsupported):
             lease = line.open_scheduler()
         return cls(line.share(), lease)
 
     @vci_call
     def resume(self) -> None:
-        """Resume: let the list run; all objects started before begin in the same tick."""
+        """Resume: start the list; all objects that were started before begin in the same tick."""
         self._lease.resume()
 
     @vci_call
     def suspend(self) -> None:
-        """Suspend: stop all objects at once; the list is stopped from the beginning."""
+        """Suspend: stop all objects immediately. A new list is stopped."""
         self._lease.suspend()
 
     @vci_call
     def reset(self) -> None:
-        """Reset: stop the list and take all objects off it."""
+        """Reset: stop the list and remove all objects."""
         self._lease.reset()
 
     @vci_call
     def rem_message(self, index: int) -> None:
-        """RemMessage: take an object off the list; raises VciInvalidIndex if there is none."""
+        """RemMessage: remove an object from the list; raises VciInvalidIndex if there is none."""
         with _no_such_index():
             self._lease.remove(_slot(index))
 
     @vci_call
     def start_message(self, index: int, count: int = 0) -> None:
-        """StartMessage: send an object `count` times, 1 to 65535, or for ever with 0, once the list runs.
+        """StartMessage: while the list runs, send an object `count` times, 1 to 65535, or without end if it is 0.
 
-        Raises VciInvalidIndex if there is none, VciInvalidArgument for another count.
+        Raises VciInvalidIndex if there is no such object, VciInvalidArgument for another count.
         """
         within("count", count, 0, UINT16)
         with _no_such_index():
@@ -84,7 +84,7 @@ class _Scheduler(LeaseObject):
 
     @vci_call
     def stop_message(self, index: int) -> None:
-        """StopMessage: send an object no more; raises VciInvalidIndex if there is none."""
+        """StopMessage: stop sending an object; raises VciInvalidIndex if there is none."""
         with _no_such_index():
             self._lease.stop(_slot(index))
 
@@ -93,7 +93,7 @@ class _Scheduler(LeaseObject):
         info = message.msg_info
         if info.type != CAN_MSGTYPE_DATA:
             raise VciError.of(
-                VCI_E_INVALIDARG, f"message type {info.type}: CAN_MSGTYPE_DATA alone can be sent"
+                VCI_E_INVALIDARG, f"message type {info.type}: only CAN_MSGTYPE_DATA can be sent"
             )
         record = _RECORD.pack(0, message.msg_id, info.value, bytes(message.ab_data))
         return self._lease.add(
@@ -108,15 +108,17 @@ class CanScheduler(_Scheduler):
 
     @vci_call
     def add_message(self, message: CanCyclicTxMsg) -> int:
-        """AddMessage: index (0 to 15) of a new object, which is idle until `start_message`.
+        """AddMessage: add an object, which is idle until `start_message`; returns its index, 0 to 15.
 
-        `cycle_time` is 1 to cms_max_ticks of the capabilities; the sum of 1 / cycle_time over the list is 1 at
-        most. Raises VciInvalidArgument for that and for a message that no line can send, VciInvalidState for a
-        full list and a message that this line cannot send as it is set up.
+        `cycle_time` is 1 to cms_max_ticks of the capabilities; the sum of 1 / cycle_time over the list must not exceed
+        1. Otherwise, and for a message that no line can send, it raises VciInvalidArgument. It raises VciInvalidState
+        for a full list and for a message that this line cannot send in its present configuration.
         """
         instance(message, CanCyclicTxMsg)
         if message.msg_info.edl or message.msg_info.fdr:
-            raise VciError.of(VCI_E_INVALIDARG, "a CANCYCLICTXMSG has no edl and no fdr: use ICanScheduler2")
+            raise VciError.of(
+                VCI_E_INVALIDARG, "a CANCYCLICTXMSG has neither edl nor fdr: use ICanScheduler2"
+            )
         return self._add(message)
 
     @vci_call
@@ -132,12 +134,12 @@ class CanScheduler2(_Scheduler):
 
     @vci_call
     def add_message(self, message: CanCyclicTxMsg2) -> int:
-        """AddMessage: as ICanScheduler's."""
+        """AddMessage: the same as in ICanScheduler."""
         return self._add(instance(message, CanCyclicTxMsg2))
 
     @vci_call
     def get_status(self) -> CanSchedulerStatus2:
-        """GetStatus: as ICanScheduler's, with the state of the line."""
+        """GetStatus: the same as in ICanScheduler, with the state of the line."""
         return CanSchedulerStatus2(line_status2(self._line.status()), *_stats(self._lease.status()))
 
 
@@ -148,7 +150,7 @@ def _stats(status: CyclicStatus) -> tuple[int, bytes]:
 
 def _slot(index: int) -> int:
     if not isinstance(index, int) or not 0 <= index < CAN_MAX_CTX_MSGS:
-        raise VciError.of(VCI_E_INVALID_INDEX, f"index {index!r}: 0 to {CAN_MAX_CTX_MSGS - 1}")
+        raise VciError.of(VCI_E_INVALID_INDEX, f"index {index!r}: it must be 0 to {CAN_MAX_CTX_MSGS - 1}")
     return index
 
 

@@ -1,4 +1,4 @@
-"""ICanSocket and ICanSocket2: what a line can do, how it is, and channels on it.
+"""ICanSocket and ICanSocket2: the capabilities and the status of a line, and channels on it.
 
 Source: VCI V4 manual 5.2.1, 6.6.1, 6.6.2, 7.3.1 and 7.3.2.
 """
@@ -41,7 +41,7 @@ class CanSocket(SocketObject):
 
     @vci_call
     def get_capabilities(self) -> CanCapabilities:
-        """GetCapabilities: without the features that need ICanSocket2; all divisors divide `clock_freq`."""
+        """GetCapabilities: without the features that need ICanSocket2; all divisors apply to `clock_freq`."""
         return capabilities_of(self._line.capabilities)
 
     @vci_call
@@ -51,10 +51,10 @@ class CanSocket(SocketObject):
 
     @vci_call
     def create_channel(self, exclusive: bool = False) -> CanChannel:
-        """CreateChannel: a new channel, not initialised yet.
+        """CreateChannel: a new channel, which is not initialised yet.
 
-        An exclusive one has to be the first, and no other can be opened until it is released, else
-        VciAccessDenied.
+        An exclusive channel must be the only one of the line: raises VciAccessDenied if another channel is open, or if
+        an exclusive channel is open.
         """
         return CanChannel.open(self._line, exclusive=bool(exclusive))
 
@@ -66,7 +66,7 @@ class CanSocket2(SocketObject):
 
     @vci_call
     def get_capabilities(self) -> CanCapabilities2:
-        """GetCapabilities: limits of the timing are raw register values, all 0 without a fast phase."""
+        """GetCapabilities: timing limits are raw register values; those of the fast phase are 0 without one."""
         return capabilities2_of(self._line.capabilities)
 
     @vci_call
@@ -76,12 +76,12 @@ class CanSocket2(SocketObject):
 
     @vci_call
     def create_channel(self, exclusive: bool = False) -> CanChannel2:
-        """CreateChannel: as that of ICanSocket."""
+        """CreateChannel: the same as in ICanSocket."""
         return CanChannel2.open(self._line, exclusive=bool(exclusive))
 
 
 def capabilities_of(capabilities: Capabilities) -> CanCapabilities:
-    """CANCAPABILITIES: there is one clock for all counters, that of the time stamps."""
+    """CANCAPABILITIES, with one clock for all counters: the clock of the time stamps."""
     clock_hz = capabilities.stamps.clock_hz or capabilities.clock_hz
     return CanCapabilities(
         ctrl_type=capabilities.controller_type,

@@ -14,9 +14,9 @@ from canwire.vci.structures.structure import Structure, structure
 class CanBtp(Structure):
     """One bit timing.
 
-    Without CAN_BTMODE_RAW in `mode`: `bps` in bit/s, the others are ratios; ts1 / (ts1 + ts2) is the
-    sample point. With it: `bps` is the prescaler, the others are quanta, and a bit is 1 + ts1 + ts2.
-    `tdo` places the second sample point, 0 for no compensation of the transmitter's delay.
+    Without CAN_BTMODE_RAW in `mode`, `bps` is in bit/s and the others are ratios; ts1 / (ts1 + ts2) is the sample
+    point. With it, `bps` is the prescaler and the others are quanta; a bit has 1 + ts1 + ts2 quanta. `tdo` is the
+    offset of the second sample point, 0 for no transmitter delay compensation.
     Source: manual 7.3.4, 5.2.3.
     """
 
@@ -64,10 +64,10 @@ class CanBtpTable(Structure):
 
 @structure("CANCAPABILITIES", also=(("dwMaxCmsTicks", "cms_max_ticks"), ("dwMaxDtxTicks", "dtx_max_ticks")))
 class CanCapabilities(Structure):
-    """What a controller can do: CAN_CTRL_, CAN_BUSC_, CAN_FEATURE_, and its clocks.
+    """The capabilities of a controller: CAN_CTRL_, CAN_BUSC_, CAN_FEATURE_, and its clocks.
 
-    `clock_freq` in Hz; a tick of the time stamps (tsc), the cyclic list (cms) and delayed sending
-    (dtx) lasts divisor / clock_freq seconds; 0 where there is none. Source: manual 7.3.1.
+    `clock_freq` is in Hz. A tick of the time stamps (tsc), the cyclic list (cms) and delayed sending (dtx) lasts
+    divisor / clock_freq seconds; the divisor is 0 if the controller lacks that counter. Source: manual 7.3.1.
     """
 
     ctrl_type: int = u16("wCtrlType")
@@ -88,10 +88,10 @@ _MANUAL_CLOCKS = tuple(
 
 @structure("CANCAPABILITIES2", also=(("CtrlType", "ctrl_type"), *_MANUAL_CLOCKS))
 class CanCapabilities2(Structure):
-    """What a controller can do: CAN_CTRL_, CAN_BUSC_, CAN_FEATURE_, limits of its timing, its clocks.
+    """The capabilities of a controller: CAN_CTRL_, CAN_BUSC_, CAN_FEATURE_, the limits of its timing, its clocks.
 
-    Limits are raw values. Frequencies in Hz; a tick lasts divisor / clk_freq seconds, each counter
-    with its own clock; 0 where there is none. Source: manual 7.3.2.
+    Limits are raw values, frequencies are in Hz. Each counter has its own clock and divisor; a tick lasts divisor /
+    clk_freq seconds. Both are 0 if the controller lacks that counter. Source: manual 7.3.2.
     """
 
     ctrl_type: int = u16("wCtrlType")
@@ -114,7 +114,7 @@ class CanCapabilities2(Structure):
 
 @structure("CANINITLINE")
 class CanInitLine(Structure):
-    """How ICanControl.InitLine sets a line up: CAN_OPMODE_ flags and the SJA1000's timing at 16 MHz.
+    """The configuration for ICanControl.InitLine: CAN_OPMODE_ flags and the SJA1000's timing at 16 MHz.
 
     Source: manual 7.3.6.
     """
@@ -127,10 +127,10 @@ class CanInitLine(Structure):
 
 @structure("CANINITLINE2")
 class CanInitLine2(Structure):
-    """How ICanControl2.InitLine sets a line up: modes, filters of the line, both timings.
+    """The configuration for ICanControl2.InitLine: modes, filters of the line, both timings.
 
-    `op_mode` CAN_OPMODE_, `ex_mode` CAN_EXMODE_; `sf_mode` (11 bits) and `ef_mode` (29 bits)
-    CAN_FILTER_; `sf_ids` and `ef_ids` how many identifiers those filters take, 0 for no filter.
+    `op_mode` has CAN_OPMODE_ flags, `ex_mode` CAN_EXMODE_ flags; `sf_mode` (11 bits) and `ef_mode` (29 bits) are
+    CAN_FILTER_ modes; `sf_ids` and `ef_ids` are the numbers of identifiers in those filters, 0 for no filter.
     Source: manual 7.3.7.
     """
 
@@ -224,7 +224,7 @@ class CanSchedulerStatus2(Structure):
 
 @structure("CANRTINFO")
 class CanRtInfo(Structure):
-    """Who uses a controller: open and active channels, CAN_RTI_LOCKSTAT_, device FIFOs in percent.
+    """The use of a controller: open and active channels, CAN_RTI_LOCKSTAT_, the load of the device's FIFOs in percent.
 
     Source: cantype.h of VCI 4.0 (ICanStatus); the manual does not describe it.
     """

@@ -1,4 +1,4 @@
-"""Bit timings: CANBTP and the SJA1000's registers to canwire's BitTiming, and back.
+"""Bit timings: conversion between CANBTP or the SJA1000's registers and canwire's BitTiming.
 
 Source: VCI V4 manual 5.2.3, 7.3.4 and 7.3.6; reference/vci.md section 3.
 """
@@ -12,19 +12,19 @@ from canwire.vci.can.structures import CanBtp
 from canwire.vci.structures.constants import CAN_BTMODE_RAW, CAN_BTMODE_TSM
 from canwire.vci.structures.errors import VCI_E_INVALIDARG, VCI_E_NOT_SUPPORTED, VciError
 
-SJA1000_HZ = 16_000_000  # the oscillator that bBtReg0 and bBtReg1 are meant for
-SIMPLE_OFFSET = 0xFFFF  # wTDO: the second sample point as far behind the edge as the first (cantype.h of 4.1)
+SJA1000_HZ = 16_000_000  # the oscillator for bBtReg0 and bBtReg1
+SIMPLE_OFFSET = 0xFFFF  # wTDO: the second sample point has the same distance as the first (cantype.h of 4.1)
 
 
 def timing_of_registers(bt_reg0: int, bt_reg1: int) -> BitTiming:
-    """What BTR0 and BTR1 of an SJA1000 at 16 MHz mean."""
+    """The bit timing of BTR0 and BTR1 of an SJA1000 at 16 MHz."""
     return BitTiming.from_btr(bt_reg0, bt_reg1, SJA1000_HZ)
 
 
 def registers_of_timing(timing: BitTiming) -> tuple[int, int]:
     """BTR0 and BTR1 of an SJA1000 at 16 MHz for this timing, or for its rate and the nearest sample point.
 
-    (0, 0) where an SJA1000 cannot make the rate.
+    It returns (0, 0) if an SJA1000 cannot make the rate.
     """
     clock_hz = SJA1000_HZ // 2
     try:
@@ -39,13 +39,15 @@ def registers_of_timing(timing: BitTiming) -> tuple[int, int]:
 
 
 def timing_of_btp(btp: CanBtp, capabilities: Capabilities, *, data: bool) -> BitTiming:
-    """What a CANBTP means on a line's clock, `data` for the fast phase.
+    """The bit timing of a CANBTP with a line's clock; `data` is for the fast phase.
 
     Raises BadTiming for a rate that the clock cannot make and for raw values out of the line's ranges,
     VciInvalidArgument for an unknown bit of dwMode, VciNotSupported for a line without a fast phase.
     """
     if btp.mode & ~(CAN_BTMODE_RAW | CAN_BTMODE_TSM):
-        raise VciError.of(VCI_E_INVALIDARG, f"CANBTP.dwMode {btp.mode:#x}: CAN_BTMODE_RAW, CAN_BTMODE_TSM")
+        raise VciError.of(
+            VCI_E_INVALIDARG, f"CANBTP.dwMode {btp.mode:#x}: not CAN_BTMODE_RAW, CAN_BTMODE_TSM"
+        )
     limits, clock_hz = limits_of(capabilities, data=data), capabilities.clock_hz
     raw = bool(btp.mode & CAN_BTMODE_RAW)
     make: Callable[..., BitTiming] = BitTiming.raw if raw else BitTiming.from_proportions
@@ -66,7 +68,7 @@ def timing_of_btp(btp: CanBtp, capabilities: Capabilities, *, data: bool) -> Bit
 
 
 def btp_of_timing(timing: BitTiming | None) -> CanBtp:
-    """A timing as a CANBTP in bit/s and ratios; None gives an empty one."""
+    """The CANBTP of a timing in bit/s and ratios; an empty one for None."""
     if timing is None:
         return CanBtp()
     return CanBtp(
@@ -80,10 +82,10 @@ def btp_of_timing(timing: BitTiming | None) -> CanBtp:
 
 
 def limits_of(capabilities: Capabilities, *, data: bool) -> TimingLimits:
-    """The ranges of a line's timing registers; raises VciNotSupported for a fast phase that it has not.
+    """The ranges of a line's timing registers; raises VciNotSupported for `data` on a line without a fast phase.
 
-    A CAN FD controller may jump as far as tseg2 is long (the presets of cantype.h do), a classic one needs
-    the quantum after the sample point that manual 5.2.3 calls the information processing time.
+    The jump width of a CAN FD controller may equal tseg2, as in the presets of cantype.h; a classic controller needs
+    one quantum after the sample point, which manual 5.2.3 calls the information processing time.
     """
     ranges = capabilities.data if data else capabilities.nominal
     if ranges is None:

@@ -1,4 +1,4 @@
-"""Elements in a FIFO's own memory, handed out without copying.
+"""Elements in the memory of a FIFO, which a program accesses without copying.
 
 Source: VCI V4 manual 4.1.1 and 4.1.2, figures 9 and 12.
 """
@@ -21,13 +21,13 @@ T = TypeVar("T")
 
 
 class FifoBlock(Sequence[T]):
-    """What AcquireRead or AcquireWrite points to: elements that lie in one piece, oldest first.
+    """The result of AcquireRead or AcquireWrite: contiguous elements, the oldest first.
 
-    A writer's `block[i]` is the element in its place: what is written into it is what is sent, as through C's
-    pointer. It takes `block[i] = element` too, which copies. A reader's `block[i]` is a structure of its own, the same
-    one each time, which may be kept. The block is dead once its interface reads, writes or releases anything, and
-    then it and a writer's elements raise VciError with VCI_E_INVHANDLE; arrays and memoryviews taken from them must
-    not be used any longer either.
+    A writer's `block[i]` is the element in the FIFO's memory: a change of it changes what is sent, as through C's
+    pointer; `block[i] = element` copies an element. A reader's `block[i]` is a separate structure, the same one each
+    time, which a program may keep. A block is valid until its interface reads, writes or releases elements; then the
+    block and a writer's elements raise VciError with VCI_E_INVHANDLE, and arrays and memoryviews of them must not be
+    used any longer.
     """
 
     def __init__(self, cells: memoryview, form: Elements[T], *, writable: bool) -> None:
@@ -39,19 +39,19 @@ class FifoBlock(Sequence[T]):
 
     @property
     def memory(self) -> memoryview:
-        """The elements side by side: the FIFO's own memory, read-only for a reader.
+        """The elements as contiguous memory of the FIFO, read-only for a reader.
 
-        The FIFOs of an ICanChannel and an ILinMonitor hold CANMSG and LINMSG apart from each other: for their
-        reader this is a copy, for a channel's writer it raises VciNotImplemented.
+        The FIFOs of an ICanChannel and an ILinMonitor have gaps between the CANMSGs or LINMSGs: for their reader this
+        is a copy, for a channel's writer it raises VciNotImplemented.
         """
         return self._form.compact(self._alive(), writable=self._writable)
 
     @property
     def records(self) -> numpy.ndarray:
-        """A numpy array over the FIFO's own memory: canmsg2_dtype(), canmsg_view_dtype() for an ICanChannel,
+        """A numpy array over the FIFO's memory. Its dtype is canmsg2_dtype(), canmsg_view_dtype() for an ICanChannel,
         linmsg_view_dtype() for an ILinMonitor.
 
-        Elements of a FIFO made by `create_fifo` are rows of bytes. Needs canwire[arrays].
+        The elements of a FIFO made by `create_fifo` are rows of bytes. Needs canwire[arrays].
         """
         return self._form.records(self._alive())
 
@@ -83,15 +83,15 @@ class FifoBlock(Sequence[T]):
         return self._form.place(partial(self._cell, index)) if self._writable else self._form.load(cells, at)
 
     def settle(self, count: int) -> None:
-        """For its writer: look over the first `count` elements before the reader gets them."""
+        """For its writer: check the first `count` elements before the reader gets them."""
         self._form.settle(self._alive()[: count * self._form.cell])
 
     def end(self) -> None:
-        """The elements belong to somebody else from now on."""
+        """End the block: its elements can no longer be used through it."""
         cells, self._cells = self._cells, None
         self._taken.clear()
         if cells is not None:
-            with contextlib.suppress(BufferError):  # arrays over it are the user's own risk
+            with contextlib.suppress(BufferError):  # the user is responsible for arrays over it
                 cells.release()
 
     def _alive(self) -> memoryview:
@@ -104,7 +104,7 @@ class FifoBlock(Sequence[T]):
         return cells[at : at + self._form.cell]
 
     def _place(self, index: int) -> int:
-        """Where an element's cell begins."""
+        """The position at which an element's cell begins."""
         at = index + self._count if index < 0 else index
         if not 0 <= at < self._count:
             raise IndexError(f"element {index} of {self._count}")

@@ -1,7 +1,7 @@
-"""What lies in a FIFO: plain bytes, CANMSG, CANMSG2 or LINMSG, and how they lie there.
+"""The elements of a FIFO, plain bytes, CANMSG, CANMSG2 or LINMSG, and their memory layout.
 
-A channel's FIFOs hold records of 80 bytes, CANMSG2's layout; ICanChannel sees CANMSG in them. A monitor's records
-are as long; LINMSG's time lies at 0, uMsgInfo and abData at 12.
+A channel's FIFOs contain records of 80 bytes with the layout of CANMSG2; ICanChannel reads and writes CANMSG in them.
+A monitor's records also have 80 bytes: LINMSG's time is at offset 0, uMsgInfo at 12 and abData at 16.
 Source: VCI V4 manual 4.1, 5.2.2 and 5.3.2; reference/vci.md section 5.
 """
 
@@ -32,33 +32,36 @@ T_co = TypeVar("T_co", covariant=True)
 _INFO = struct.Struct("<I")
 _CANMSG = struct.Struct("<I4xII8s")  # in a record
 _CANMSG2 = struct.Struct("<IIII64s")
-_INFO_AT, _DATA_END = 12, 24  # in a record, behind CANMSG's eight bytes of data
+_INFO_AT, _DATA_END = (
+    12,
+    24,
+)  # in a record: the offset of uMsgInfo, and the end of CANMSG's eight bytes of data
 _ONLY_CANMSG2 = 1 << 10 | 1 << 11  # edl, fdr
 
 
 class Elements(Protocol[T_co]):
-    """How elements lie in a FIFO: `size` bytes for the user, `cell` bytes in memory."""
+    """The layout of elements in a FIFO: `size` bytes for the user, `cell` bytes in memory."""
 
     size: int
     cell: int
 
     def load(self, cells: bytes | memoryview, at: int = 0) -> T_co:
-        """The element in the cell that begins there, as a copy."""
+        """A copy of the element in the cell that begins at `at`."""
 
     def place(self, cell: Cell) -> T_co:
-        """The element in a writer's cell, to be written there; the cell is asked for at every use."""
+        """The element in a writer's cell, for writing in place; `cell()` is called at each use."""
 
     def store(self, element: object) -> bytes:
-        """The cell for an element, which may be given as its bytes; raises VciInvalidArgument."""
+        """The cell for an element, or for the bytes of one; raises VciInvalidArgument."""
 
     def settle(self, cells: memoryview) -> None:
-        """Look over what a user wrote into cells by hand; raises VciInvalidArgument."""
+        """Check what a user wrote into cells in place; raises VciInvalidArgument."""
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
-        """Cells as a C program would see them."""
+        """The elements as a C program sees them, contiguous."""
 
     def records(self, cells: memoryview) -> numpy.ndarray:
-        """Cells as an array over the same memory. Raises ExtraMissing without numpy."""
+        """The cells as an array over the same memory. Raises ExtraMissing without numpy."""
 
 
 class Plain:
@@ -71,14 +74,14 @@ class Plain:
         return bytes(cells[at : at + self.cell])
 
     def place(self, cell: Cell) -> Any:
-        """A memoryview: these elements have no fields."""
+        """A memoryview, since these elements have no fields."""
         return cell()
 
     def store(self, element: object) -> bytes:
         return _bytes_of(element, self.size)
 
     def settle(self, cells: memoryview) -> None:
-        """Anything goes."""
+        """Accepts all bytes."""
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
         return cells
@@ -88,7 +91,7 @@ class Plain:
 
 
 class CanMsg2Elements:
-    """CANMSG2, as it lies there. Without `fd` the controller is a classic one, and CAN FD messages are refused."""
+    """CANMSG2, which has the layout of a record. Without `fd`, for a classic controller, it refuses CAN FD messages."""
 
     size = cell = CanMsg2.SIZE
 
@@ -107,7 +110,7 @@ class CanMsg2Elements:
         return raw
 
     def settle(self, cells: memoryview) -> None:
-        """Refuse what the controller can never send; the hub looks at each message anyway."""
+        """Refuse what the controller can never send; the hub also checks each message."""
         if not self._fd and _any_fd(cells, self.cell):
             what = "a message with edl or fdr: this controller lacks CAN_FEATURE_EXTDATA and CAN_FEATURE_FASTDATA"
             raise VciError.of(VCI_E_NOT_SUPPORTED, what)
@@ -138,16 +141,16 @@ class CanMsgElements:
         return bytes(made)
 
     def settle(self, cells: memoryview) -> None:
-        """Refuse what needs ICanChannel2, and clear what a CANMSG does not have."""
+        """Refuse bits that need ICanChannel2, and set the bytes to 0 that a CANMSG does not have."""
         if _any_fd(cells, self.cell):
-            raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has no edl and no fdr: use ICanChannel2")
+            raise VciError.of(VCI_E_INVALIDARG, "a CANMSG has neither edl nor fdr: use ICanChannel2")
         for at in range(0, len(cells), self.cell):
             cells[at + 4 : at + 8] = bytes(4)
             cells[at + _DATA_END : at + self.cell] = bytes(self.cell - _DATA_END)
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
         if writable:
-            what = "CANMSGs do not lie side by side here: write block[i], or into block.records"
+            what = "CANMSGs are not contiguous in this FIFO: write block[i] or block.records"
             raise VciError.of(VCI_E_NOT_IMPLEMENTED, what)
         starts = range(0, len(cells), self.cell)
         return memoryview(
@@ -159,7 +162,7 @@ class CanMsgElements:
 
 
 class LinMsgElements:
-    """LINMSG in a monitor's records: a word of time, and the other twelve bytes further on."""
+    """LINMSG in a monitor's records: the time at offset 0, the other twelve bytes from offset 12."""
 
     size, cell = LinMsg.SIZE, CanMsg2.SIZE
 
@@ -167,14 +170,14 @@ class LinMsgElements:
         return LinMsg.from_bytes(linmsg_of_record(cells[at : at + self.cell]))
 
     def place(self, cell: Cell) -> LinMsg:
-        """A monitor has no writer, so this is a copy."""
+        """A copy, since a monitor has no writer."""
         return self.load(cell())
 
     def store(self, element: object) -> bytes:
         return record_of_linmsg(_bytes_of(element, self.size, LinMsg))
 
     def settle(self, cells: memoryview) -> None:
-        """Nobody writes here but the hub."""
+        """Nothing to check, since only the hub writes into these cells."""
 
     def compact(self, cells: memoryview, *, writable: bool) -> memoryview:
         starts = range(0, len(cells), self.cell)
@@ -201,7 +204,7 @@ def _array(cells: memoryview, dtype: numpy.dtype[numpy.void] | str) -> numpy.nda
 
 
 def _bytes_of(element: object, size: int, kind: type[Structure] = Structure) -> bytes:
-    """An element's bytes: those of a structure, or any buffer of that size."""
+    """The bytes of an element, which is a structure or a buffer of `size` bytes."""
     if isinstance(element, kind):
         raw = element.to_bytes()
     elif isinstance(element, bytes | bytearray | memoryview):
@@ -210,5 +213,5 @@ def _bytes_of(element: object, size: int, kind: type[Structure] = Structure) -> 
         wanted = "bytes" if kind is Structure else f"a {kind.__name__}"
         raise VciError.of(VCI_E_INVALIDARG, f"{wanted} belongs here, not {element!r:.60}")
     if len(raw) != size:
-        raise VciError.of(VCI_E_INVALIDARG, f"an element here has {size} bytes, not {len(raw)}")
+        raise VciError.of(VCI_E_INVALIDARG, f"an element of this FIFO has {size} bytes, not {len(raw)}")
     return raw

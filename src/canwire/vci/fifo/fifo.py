@@ -35,9 +35,9 @@ Sibling = Callable[[UUID], Unknown]
 
 
 class FifoEnd(Unknown, Generic[T]):
-    """What IFifoReader and IFifoWriter share. One end is open once at a time.
+    """The common part of IFifoReader and IFifoWriter. Each end of a FIFO can be open once at a time.
 
-    Elements are `bytes`, CanMsg and CanMsg2 in a channel's FIFOs, or LinMsg in a monitor's. Source: manual 6.4.1.
+    Elements are `bytes`, in a channel's FIFOs CanMsg or CanMsg2, in a monitor's LinMsg. Source: manual 6.4.1.
     """
 
     def __init__(
@@ -57,28 +57,28 @@ class FifoEnd(Unknown, Generic[T]):
 
     @property
     def end(self) -> RingEnd:
-        """For a program in C, which reads and writes by itself: the queue's end."""
+        """The queue's end, for a program in C, which reads and writes the memory itself."""
         return self._end
 
     @property
     def form(self) -> Elements[T]:
-        """Likewise: what lies in it, and how."""
+        """The layout of its elements, for a program in C."""
         return self._form
 
     @vci_call
     def check(self) -> None:
-        """Likewise: raise what keeps it from being used, if anything does."""
+        """Raises VciError if it cannot be used; for a program in C."""
 
     @vci_call
     def query_interface(self, iid: UUID) -> Any:
-        """QueryInterface: the FIFO by this one or another of its interfaces (Fifo.query_interface)."""
+        """QueryInterface: this or another interface of the FIFO (VciFifo.query_interface)."""
         return super().query_interface(iid) if iid in self.interfaces else self._sibling(iid)
 
     @vci_call
     def lock(self) -> None:
-        """Lock: wait until no other thread holds the lock. It nests: each `lock` needs its `unlock`.
+        """Lock: wait until no other thread holds the lock. Calls nest: each `lock` needs its `unlock`.
 
-        Threads that share an end call this before and `unlock` behind everything but `get_capacity` and
+        Threads that share an end call `lock` before and `unlock` after each call except `get_capacity` and
         `get_entry_size`.
         """
         self._mutex.acquire()
@@ -93,46 +93,46 @@ class FifoEnd(Unknown, Generic[T]):
 
     @vci_call
     def assign_event(self, event: Event | None) -> None:
-        """AssignEvent: signal this event when the threshold is met; it replaces the one before, None removes it.
+        """AssignEvent: signal this event at the threshold; it replaces the previous event, None removes that.
 
-        A reader's is signalled when an element is written and at least `threshold` of them wait then; a writer's
-        when one is taken and there is room for at least `threshold` then.
+        A reader's event is signalled when an element is written and at least `threshold` elements then wait; a
+        writer's event when an element is removed and at least `threshold` elements are then free.
         """
         self._event = event
         self._end.assign(event)
 
     @vci_call
     def set_threshold(self, threshold: int) -> None:
-        """SetThreshold: 1 to the capacity; what is beyond counts as the capacity, 0 as 1."""
+        """SetThreshold: 1 to the capacity; a higher number means the capacity, 0 means 1."""
         self._end.threshold = within("threshold", threshold, 0, UINT32)
 
     @vci_call
     def get_threshold(self) -> int:
-        """GetThreshold: 1 from the beginning."""
+        """GetThreshold: the threshold, 1 at first."""
         return self._end.threshold
 
     @vci_call
     def get_capacity(self) -> int:
-        """GetCapacity: how many elements there is room for."""
+        """GetCapacity: the number of elements that the FIFO can contain."""
         return self._ring.capacity
 
     @vci_call
     def get_entry_size(self) -> int:
-        """GetEntrySize: bytes of an element; 16 for LINMSG, 20 for CANMSG, 80 for CANMSG2."""
+        """GetEntrySize: the number of bytes of an element: 16 for LINMSG, 20 for CANMSG, 80 for CANMSG2."""
         return self._form.size
 
     @vci_call
     def get_fill_count(self) -> int:
-        """GetFillCount: elements that wait to be read."""
+        """GetFillCount: the number of elements that wait to be read."""
         return self._ring.fill()
 
     @vci_call
     def get_free_count(self) -> int:
-        """GetFreeCount: elements that still fit."""
+        """GetFreeCount: the number of free elements."""
         return self._ring.free()
 
     def cut(self, why: str) -> None:
-        """For its channel: the FIFO is gone, so that every further call raises VciError with VCI_E_INVHANDLE."""
+        """For its channel: the FIFO no longer exists, and each further call raises VciError with VCI_E_INVHANDLE."""
         self._cut = why
         self._drop_block()
 
@@ -155,7 +155,7 @@ class FifoEnd(Unknown, Generic[T]):
         return self._block, len(self._block)
 
     def _acquired(self, count: int) -> FifoBlock[T] | None:
-        """What was handed out, if `count` of it may be released; raises VciInvalidArgument if not."""
+        """The acquired block; raises VciInvalidArgument if it has fewer than `count` elements."""
         within("count", count, 0, len(self._block) if self._block is not None else 0)
         return self._block
 
@@ -166,7 +166,7 @@ class FifoEnd(Unknown, Generic[T]):
 
 
 class FifoReader(FifoEnd[T]):
-    """IFifoReader: the end of a FIFO that elements are read from. Source: manual 4.1.1 and 6.4.1."""
+    """IFifoReader: the end of a FIFO from which elements are read. Source: manual 4.1.1 and 6.4.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IFifoReader})
 
@@ -175,9 +175,9 @@ class FifoReader(FifoEnd[T]):
     @overload
     def get_data_entry(self, *, discard: Literal[True]) -> None: ...
     def get_data_entry(self, *, discard: bool = False) -> T | None:
-        """GetDataEntry: take the oldest element; with `discard` (C's null pointer) it is thrown away, for None.
+        """GetDataEntry: remove the oldest element and return it; with `discard` (C's null pointer) return None.
 
-        Raises VciRxQueueEmpty if there is none.
+        Raises VciRxQueueEmpty if the FIFO is empty.
         """
         record = self._take()
         return None if discard else self._form.load(record)
@@ -193,10 +193,10 @@ class FifoReader(FifoEnd[T]):
 
     @vci_call
     def acquire_read(self) -> tuple[FifoBlock[T], int]:
-        """AcquireRead: the oldest elements as far as they lie in one piece, and how many those are.
+        """AcquireRead: a block of the oldest elements that are contiguous, and their number.
 
-        Nothing is copied or taken; `release_read` does that. Where the FIFO's memory ends, the next call
-        gives the rest. Raises VciRxQueueEmpty if there is none.
+        Nothing is copied; `release_read` removes elements. Elements after the end of the FIFO's memory are in the next
+        block. Raises VciRxQueueEmpty if the FIFO is empty.
         """
         blocks = self._ring.acquire(self._ring.capacity)
         if not blocks:
@@ -205,9 +205,9 @@ class FifoReader(FifoEnd[T]):
 
     @vci_call
     def release_read(self, count: int) -> None:
-        """ReleaseRead: take so many elements of those acquired out of the FIFO, 0 for none; the others stay.
+        """ReleaseRead: remove the first `count` of the acquired elements from the FIFO; the others stay.
 
-        Raises VciInvalidArgument for more than `acquire_read` gave.
+        Raises VciInvalidArgument if `count` is more than `acquire_read` returned.
         """
         self._acquired(count)
         self._drop_block()
@@ -217,17 +217,17 @@ class FifoReader(FifoEnd[T]):
 
 
 class FifoWriter(FifoEnd[T]):
-    """IFifoWriter: the end of a FIFO that elements are written to. Source: manual 4.1.2 and 6.4.1."""
+    """IFifoWriter: the end of a FIFO to which elements are written. Source: manual 4.1.2 and 6.4.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IFifoWriter})
     obstacle: Callable[[], str] = staticmethod(str)
-    """What keeps the line behind it off its bus."""
+    """Returns the obstacle that keeps its line off the bus, "" if there is none."""
 
     @vci_call
     def put_data_entry(self, data: Any) -> None:
-        """PutDataEntry: append an element: a structure, or bytes of the entry size.
+        """PutDataEntry: append an element, a structure or bytes of the entry size.
 
-        Raises VciTxQueueFull if there is no room, VciInvalidArgument for something of another size.
+        Raises VciTxQueueFull if the FIFO is full, VciInvalidArgument for an element of another size or type.
         """
         cell = self._form.store(data)
         self._drop_block()
@@ -238,9 +238,9 @@ class FifoWriter(FifoEnd[T]):
 
     @vci_call
     def acquire_write(self) -> tuple[FifoBlock[T], int]:
-        """AcquireWrite: the free elements as far as they lie in one piece, and how many those are.
+        """AcquireWrite: a block of free elements that are contiguous, and their number.
 
-        What stood there before is still there. Raises VciTxQueueFull if there is none.
+        They contain their previous values. Raises VciTxQueueFull if the FIFO is full.
         """
         cells = self._ring.acquire_free(self._ring.capacity)
         if not cells:
@@ -249,10 +249,10 @@ class FifoWriter(FifoEnd[T]):
 
     @vci_call
     def release_write(self, count: int) -> None:
-        """ReleaseWrite: let the reader have the first `count` elements of those acquired, 0 for none.
+        """ReleaseWrite: pass the first `count` of the acquired elements to the reader.
 
-        Raises VciInvalidArgument for more than `acquire_write` gave, and for a CANMSG with bits that need
-        ICanChannel2.
+        Raises VciInvalidArgument if `count` is more than `acquire_write` returned, and for a CANMSG with bits that
+        need ICanChannel2.
         """
         block = self._acquired(count)
         if block is not None:

@@ -1,7 +1,7 @@
-"""Messages to be sent that are written where they lie: what C++ has as a pointer into AcquireWrite's block.
+"""Messages that are written in place in a FIFO, as C++ does through a pointer into the block of AcquireWrite.
 
-A channel's cells have the same places for CANMSG and CANMSG2: 32-bit words of time, reserved, identifier and message
-information, and the data behind them.
+A channel's cells have the same layout for CANMSG and CANMSG2: 32-bit words for time, reserved, identifier and message
+information, then the data.
 Source: VCI V4 manual 4.1.2, 5.2.2 and 7.3.14 to 7.3.16.
 """
 
@@ -22,13 +22,13 @@ _TIME, _RESERVED, _MSG_ID, _INFO, _DATA = 0, 4, 8, 12, 16
 
 
 class _Placed(Protocol):
-    """Something over a cell, which `_cell` gives as long as its block is alive."""
+    """An object in a cell, which `_cell` returns while the cell's block is valid."""
 
     _cell: Cell
 
 
 class Word:
-    """A 32-bit number in a cell. Setting it to anything else raises VciInvalidArgument."""
+    """A 32-bit number in a cell. Assigning any other value raises VciInvalidArgument."""
 
     __slots__ = ("at", "c_name")
 
@@ -60,7 +60,7 @@ class InfoInPlace(CanMsgInfo):
 
 
 class _InPlace:
-    """What CANMSG and CANMSG2 share; a base in front of theirs."""
+    """The common part of CANMSG and CANMSG2 in a cell; it must be the first base class."""
 
     __slots__ = ()
     _cell: Cell
@@ -78,7 +78,7 @@ class _InPlace:
 
     @property
     def ab_data(self) -> Any:
-        """The whole data field: a memoryview, which must not be used once the block is released."""
+        """The whole data field, a memoryview, which must not be used after the block is released."""
         return self._cell()[_DATA : _DATA + self.ROOM]
 
     @ab_data.setter
@@ -86,12 +86,12 @@ class _InPlace:
         try:
             raw = limited(data, self.ROOM)
         except (TypeError, ValueError):
-            raise VciError(VCI_E_INVALIDARG, f"abData takes {self.ROOM} bytes, not {data!r:.60}") from None
+            raise VciError(VCI_E_INVALIDARG, f"abData has {self.ROOM} bytes, not {data!r:.60}") from None
         self._cell()[_DATA : _DATA + self.ROOM] = raw.ljust(self.ROOM, b"\0")
 
 
 class CanMsgInPlace(_InPlace, CanMsg):
-    """A CANMSG in its cell; `copy` makes a CanMsg of it, which outlives the block."""
+    """A CANMSG in its cell; `copy` returns a CanMsg, which stays valid after the block."""
 
     __slots__ = ("_cell",)
 
@@ -106,7 +106,7 @@ class CanMsgInPlace(_InPlace, CanMsg):
 
 
 class CanMsg2InPlace(_InPlace, CanMsg2):
-    """A CANMSG2 in its cell; `copy` makes a CanMsg2 of it, which outlives the block."""
+    """A CANMSG2 in its cell; `copy` returns a CanMsg2, which stays valid after the block."""
 
     __slots__ = ("_cell",)
     reserved = cast(int, Word("_rsvd_", _RESERVED))

@@ -1,4 +1,4 @@
-"""How many elements a FIFO really gets: its memory comes in pages, and none of a page is wasted.
+"""The number of elements of a FIFO: its memory consists of whole pages, all of which it uses.
 
 Source: VCI V4 manual chapter 4; rulings.md 12.
 """
@@ -6,11 +6,11 @@ Source: VCI V4 manual chapter 4; rulings.md 12.
 from __future__ import annotations
 
 PAGE = 4096
-CONTROL = 24  # bytes of a FIFO's memory that its elements do not get
+CONTROL = 24  # bytes of a FIFO's memory that its elements cannot use
 
 
 def whole_pages(count: int, element_size: int) -> int:
-    """The elements of so many bytes that fit into the pages which `count` of them take.
+    """The number of elements of `element_size` bytes that fit into the pages that `count` elements need.
 
     >>> whole_pages(32, 16)
     254

@@ -1,7 +1,7 @@
-"""FIFOs seen from outside, and the way from one of a FIFO's interfaces to the others.
+"""IVciFifo and IVciFifo2, and how one interface of a FIFO leads to the others.
 
-A FIFO made by `create_fifo` belongs to whoever has an interface of it; one of a channel or monitor belongs to that,
-which has the other end for itself.
+A FIFO made by `create_fifo` exists while any program has an interface of it; the FIFO of a channel or monitor belongs
+to that, which uses one end of the FIFO itself.
 Source: VCI V4 manual 4.1, 6.1.12, 6.1.13, 6.2.1 and 6.4.1.
 """
 
@@ -45,7 +45,7 @@ _ROLES = {
 
 
 class Source(Protocol):
-    """A FIFO, as its IVciFifo2 needs it."""
+    """What IVciFifo2 needs from a FIFO."""
 
     @property
     def ring(self) -> Ring: ...
@@ -58,7 +58,7 @@ class Source(Protocol):
 
 
 class VciFifo(Unknown):
-    """IVciFifo: a look at a FIFO from outside. Counts are numbers of elements. Source: manual 6.4.1."""
+    """IVciFifo: the size and the fill level of a FIFO. Counts are numbers of elements. Source: manual 6.4.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo})
 
@@ -69,36 +69,36 @@ class VciFifo(Unknown):
 
     @vci_call
     def query_interface(self, iid: UUID) -> Any:
-        """QueryInterface: the FIFO by this or another of its interfaces.
+        """QueryInterface: this or another interface of the FIFO.
 
-        IID_IFifoReader and IID_IFifoWriter are given out once at a time, and the end that a channel or monitor
-        uses itself never: VciAccessDenied. Raises VciNoInterface for an interface that no FIFO has.
+        Raises VciAccessDenied if IID_IFifoReader or IID_IFifoWriter is open already, or if a channel or monitor uses
+        that end itself, and VciNoInterface for an interface that no FIFO has.
         """
         return super().query_interface(iid) if iid in self.interfaces else self._fifo.sibling(iid)
 
     @vci_call
     def get_capacity(self) -> int:
-        """GetCapacity: how many elements there is room for."""
+        """GetCapacity: the number of elements that the FIFO can contain."""
         return self._ring.capacity
 
     @vci_call
     def get_entry_size(self) -> int:
-        """GetEntrySize: bytes of an element."""
+        """GetEntrySize: the number of bytes of an element."""
         return self._fifo.entry_size
 
     @vci_call
     def get_free_count(self) -> int:
-        """GetFreeCount: elements that still fit."""
+        """GetFreeCount: the number of free elements."""
         return self._ring.free()
 
     @vci_call
     def get_fill_count(self) -> int:
-        """GetFillCount: elements that wait to be read."""
+        """GetFillCount: the number of elements that wait to be read."""
         return self._ring.fill()
 
     @vci_call
     def get_fill_level(self) -> int:
-        """GetFillLevel: how full it is, 0 to 100 percent."""
+        """GetFillLevel: the load of the FIFO, 0 to 100 percent."""
         return self._ring.fill() * 100 // self._ring.capacity
 
     def _check(self) -> None:
@@ -110,22 +110,22 @@ class VciFifo(Unknown):
 
 
 class VciFifo2(VciFifo):
-    """IVciFifo2: a look at a FIFO, which can empty it as well. Source: manual 6.4.1."""
+    """IVciFifo2: IVciFifo, and Reset, which empties the FIFO. Source: manual 6.4.1."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_IVciFifo, IID_IVciFifo2})
 
     @vci_call
     def reset(self) -> None:
-        """Reset: throw away what waits; raises VciAccessDenied while a reader or writer is open.
+        """Reset: discard all elements; raises VciAccessDenied while a reader or writer is open.
 
-        Those of channels and monitors have one open for as long as they exist.
+        In the FIFOs of channels and monitors one end is always open.
         """
         with meaning(VCI_E_ACCESSDENIED, WrongState):
             self._fifo.reset()
 
 
 class OwnFifo:
-    """A FIFO of the hub's, that programs made (Source)."""
+    """A FIFO of the hub that a program made with `create_fifo` (Source)."""
 
     def __init__(self, hub: Hub, fifo: Fifo) -> None:
         self._hub = hub
@@ -141,9 +141,9 @@ class OwnFifo:
 
 
 class QueueFifo:
-    """A FIFO of a channel or monitor, which has one end of it for itself (Source).
+    """A FIFO of a channel or monitor, which uses one end of it itself (Source).
 
-    `open_end` gives the other one, `own` is its interface. It is there until `gone` says why it is not.
+    `open_end` opens the other end, whose interface is `own`. `gone` raises VciError if the FIFO no longer exists.
     """
 
     def __init__(
@@ -162,22 +162,22 @@ class QueueFifo:
         self.entry_size = form.size
 
     def reset(self) -> None:
-        raise VciError.of(VCI_E_ACCESSDENIED, f"{self._name}: it has an end of its FIFOs open itself")
+        raise VciError.of(VCI_E_ACCESSDENIED, f"{self._name} uses one end of this FIFO itself")
 
     def close(self) -> None:
-        """Nothing of the channel's or monitor's goes with it."""
+        """Does nothing, since the FIFO belongs to the channel or monitor."""
 
     def sibling(self, iid: UUID) -> Unknown:
         role = role_of(iid)
         if role == "fifo":
             return VciFifo2(self)
         if iid != self._own:
-            raise VciError.of(VCI_E_ACCESSDENIED, f"{self._name} has this {role} of its FIFO itself")
+            raise VciError.of(VCI_E_ACCESSDENIED, f"{self._name} uses the {role} of this FIFO itself")
         return self._open_end()
 
 
 def role_of(iid: UUID) -> str:
-    """The hub's word for an interface of a FIFO; raises VciNoInterface for another one."""
+    """The hub's name for an interface of a FIFO; raises VciNoInterface for another interface."""
     role = _ROLES.get(iid)
     if role is None:
         raise VciError.of(VCI_E_NOINTERFACE, f"a FIFO has no {interface_name(iid)}")
@@ -185,7 +185,7 @@ def role_of(iid: UUID) -> str:
 
 
 def open_fifo(hub: Hub, vciid: int, iid: UUID) -> VciFifo2 | FifoReader[bytes] | FifoWriter[bytes]:
-    """An interface of a FIFO that somebody made. Raises as `access_fifo`."""
+    """An interface of an existing FIFO. Raises what `access_fifo` raises."""
     role = role_of(iid)
     with meaning(VCI_E_OBJECTID_NOT_FOUND, NoSuchBoard):
         fifo = hub.open_fifo(vciid, role)

@@ -1,4 +1,4 @@
-"""LIN constants of lintype.h under its own names; flags are made to be OR-ed.
+"""The LIN constants of lintype.h, with their names; flags can be combined with OR.
 
 Source: lintype.h of VCI 4.1; VCI V4 manual 7.4; reference/vci.md sections 2 and 4.
 """
@@ -24,7 +24,7 @@ LIN_OPMODE_ERRORS = 0x02  # report errors as messages
 
 # what a controller can do: LINCAPABILITIES.dwFeatures
 LIN_FEATURE_MASTER = 0x01
-LIN_FEATURE_AUTORATE = 0x02  # a slave finds the bit rate out
+LIN_FEATURE_AUTORATE = 0x02  # a slave detects the bit rate
 LIN_FEATURE_ERRFRAME = 0x04
 LIN_FEATURE_BUSLOAD = 0x08
 LIN_FEATURE_SLEEP = 0x10  # a master sends go-to-sleep
@@ -47,10 +47,10 @@ LIN_BITRATE_20000 = 20000
 # state of the controller: LINLINESTATUS.dwStatus
 LIN_STATUS_OVRRUN = 0x01  # the controller lost received frames
 LIN_STATUS_ININIT = 0x10  # stopped
-# The manual has these three as well, lintype.h does not. A public port of it has two of them at these bits, and
-# TXPEND where the header has OVRRUN; it takes the free bit here.
+# The manual also has these three, lintype.h does not. A public port of lintype.h has two of them at these bits, and
+# TXPEND at the bit that is OVRRUN in lintype.h; here TXPEND has the free bit.
 LIN_STATUS_TXPEND = 0x02  # a frame is being sent
-LIN_STATUS_ERRLIM = 0x04  # the error counter ran over
+LIN_STATUS_ERRLIM = 0x04  # the error counter overflowed
 LIN_STATUS_BUSOFF = 0x08
 
 # message type: LINMSGINFO.Bits.type
@@ -60,7 +60,7 @@ LIN_MSGTYPE_ERROR = 2
 LIN_MSGTYPE_STATUS = 3
 LIN_MSGTYPE_WAKEUP = 4
 LIN_MSGTYPE_SLEEP = 5
-LIN_MSGTYPE_TMOVR = 6  # the time stamp counter passed its end
+LIN_MSGTYPE_TMOVR = 6  # the time stamp counter wrapped around
 
 # bits of LINMSGINFO.Bytes.bFlags
 LIN_MSGFLAGS_ECS = 0x01  # enhanced checksum

@@ -1,4 +1,4 @@
-"""ILinControl: the one lease that sets a LIN line up, starts and stops it, and sends on it.
+"""ILinControl: the control unit, which configures, starts and stops a LIN line and sends on it.
 
 Source: VCI V4 manual 5.3.3 and 6.7.2; rulings.md 4.
 """
@@ -31,29 +31,30 @@ class LinControl(ControlObject):
 
     @classmethod
     def open(cls, line: BusLine) -> Self:
-        """For the BAL: one program at a time may have it."""
+        """Open the control unit, for the BAL; one program at a time may have it."""
         lease = line.open_lin_control()
         return cls(line.share(), lease)
 
     @vci_call
     def init_line(self, init: LinInitLine) -> None:
-        """InitLine: reset the line and set it up as master or slave; it is stopped then.
+        """InitLine: reset the line and configure it as master or slave; it is stopped afterwards.
 
-        Raises VciInvalidArgument for another bit rate than LIN_BITRATE_MIN to LIN_BITRATE_MAX or, of a slave,
-        LIN_BITRATE_AUTO, and VciNotSupported naming the feature that is missing.
+        The bit rate is LIN_BITRATE_MIN to LIN_BITRATE_MAX, or LIN_BITRATE_AUTO for a slave; otherwise it raises
+        VciInvalidArgument. Raises VciNotSupported, which names the missing feature.
         """
         self._lease.initialise(mode_of_init(instance(init, LinInitLine)))
 
     @vci_call
     def write_message(self, send: bool, message: LinMsg) -> None:
-        """WriteMessage: put a message on the bus as soon as that is free (`send`), or into the response table.
+        """WriteMessage: send a message as soon as the bus is free (`send`), or put it into the response table.
 
-        Sent are LIN_MSGTYPE_DATA, with ido its header alone, LIN_MSGTYPE_SLEEP and LIN_MSGTYPE_WAKEUP; by a
-        slave LIN_MSGTYPE_WAKEUP alone, else VciInvalidState. It does not wait until the message is through:
-        until then another raises VciError with VCI_E_BUSY. The table takes LIN_MSGTYPE_DATA for identifiers 0 to
-        63, at any time once the line is initialised. `pid` may have its parity bits with it.
-        Raises VciNotInitialized before `init_line`, VciInvalidState before `start_line`, VciInvalidArgument for
-        other types, identifiers and lengths, and for an enhanced checksum of a diagnostic frame.
+        A master sends LIN_MSGTYPE_DATA (only its header with ido), LIN_MSGTYPE_SLEEP and LIN_MSGTYPE_WAKEUP, a slave
+        only LIN_MSGTYPE_WAKEUP, else VciInvalidState. The call does not wait for the end of the message: until that,
+        the next call raises VciError with VCI_E_BUSY. The table accepts LIN_MSGTYPE_DATA for identifiers 0 to 63, at
+        any time after `init_line`. `pid` may include the parity bits.
+
+        Raises VciNotInitialized before `init_line`, VciInvalidState before `start_line`, VciInvalidArgument for other
+        types, identifiers and lengths, and for a diagnostic frame with an enhanced checksum.
         """
         kind = instance(message, LinMsg).msg_info.type
         if not send:
@@ -75,5 +76,5 @@ class LinControl(ControlObject):
 
 def _check_is_data(kind: int) -> None:
     if kind != LIN_MSGTYPE_DATA:
-        what = "sent are LIN_MSGTYPE_DATA, _SLEEP and _WAKEUP, responses are LIN_MSGTYPE_DATA"
+        what = "LIN_MSGTYPE_DATA, _SLEEP and _WAKEUP can be sent, a response must be LIN_MSGTYPE_DATA"
         raise VciError.of(VCI_E_INVALIDARG, f"message type {kind}: {what}")

@@ -1,6 +1,6 @@
-"""numpy dtypes of LIN messages, under C's field names. numpy is loaded at the first use.
+"""numpy dtypes of LIN messages with C's field names. numpy is loaded at the first use.
 
-Source: reference/vci.md section 5; offsets as in message.py, of a FIFO's records as in fifo/elements.py.
+Source: reference/vci.md section 5; message.py has the same offsets, fifo/elements.py those of a FIFO's records.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def linmsg_dtype() -> numpy.dtype[numpy.void]:
 
 @cache
 def linmsg_view_dtype() -> numpy.dtype[numpy.void]:
-    """LINMSG's fields where the 80-byte records of a monitor's FIFO have them."""
+    """LINMSG's fields at their offsets in the 80-byte records of a monitor's FIFO."""
     return load_numpy().dtype(
         {
             "names": ["dwTime", "uMsgInfo", "abData"],

@@ -1,7 +1,8 @@
-"""How a LIN line is set up, how it is, and what goes out on it: VCI's structures to canwire's and back.
+"""The configuration, the status and the messages of a LIN line: conversion between VCI's structures and canwire's.
 
-can/line.py looks alike; its words are of other bits.
-A line remembers the structure it was initialised with, so that every program reads the same back.
+can/line.py is similar, but its words have other bits.
+
+A line stores the structure with which it was initialised, so that each program reads the same values.
 Source: VCI V4 manual 5.3.3 and 7.4.1 to 7.4.6; reference/vci.md section 4.
 """
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 _OPMODES = LIN_OPMODE_MASTER | LIN_OPMODE_ERRORS
 _NOTE = b"LININITLINE "
-_KIN = "VCI"  # whose programs may set each other's running lines up anew, as the manual has it
+_KIN = "VCI"  # VCI programs may configure a line that another VCI program runs, as in the manual
 _LONGEST = 8
 
 
@@ -41,10 +42,10 @@ def capabilities_of(capabilities: canwire.LinCapabilities) -> LinCapabilities:
 
 
 def mode_of_init(init: LinInitLine) -> LinMode:
-    """What ILinControl.InitLine asks for; raises VciInvalidArgument for an operating mode that is none."""
+    """The mode for ILinControl.InitLine; raises VciInvalidArgument for an invalid operating mode."""
     note = _NOTE + init.to_bytes()
     if init.op_mode & ~_OPMODES:
-        raise VciError.of(VCI_E_INVALIDARG, f"operating mode {init.op_mode:#04x}: LIN_OPMODE_ flags")
+        raise VciError.of(VCI_E_INVALIDARG, f"operating mode {init.op_mode:#04x}: not LIN_OPMODE_ flags")
     return LinMode(
         master=bool(init.op_mode & LIN_OPMODE_MASTER),
         bit_rate=init.bitrate,
@@ -55,7 +56,7 @@ def mode_of_init(init: LinInitLine) -> LinMode:
 
 
 def line_status(status: canwire.LinLineStatus) -> LinLineStatus:
-    """LINLINESTATUS of a line; its bit rate is LIN_BITRATE_UNDEF before InitLine, LIN_BITRATE_AUTO while unknown."""
+    """LINLINESTATUS of a line; the bit rate is LIN_BITRATE_UNDEF before InitLine, LIN_BITRATE_AUTO if unknown."""
     made = LinLineStatus(bitrate=LIN_BITRATE_UNDEF, bus_load=max(0, min(100, round(status.load))))
     made.status = (
         status.status | LIN_STATUS_TXPEND * status.transmitting | LIN_STATUS_ININIT * (not status.running)
@@ -66,7 +67,7 @@ def line_status(status: canwire.LinLineStatus) -> LinLineStatus:
 
 
 def frame_to_send(message: LinMsg) -> LinFrame:
-    """A data message as a frame, or with ido as a header alone. Raises VciInvalidArgument and BadFrame."""
+    """The frame of a data message, only its header with ido. Raises VciInvalidArgument and BadFrame."""
     if not message.msg_info.ido:
         return frame_to_respond(message)
     return LinFrame(
@@ -75,18 +76,18 @@ def frame_to_send(message: LinMsg) -> LinFrame:
 
 
 def frame_to_respond(message: LinMsg) -> LinFrame:
-    """A data message as a response; ido means nothing there. Raises VciInvalidArgument and BadFrame."""
+    """The response of a data message; ido is ignored. Raises VciInvalidArgument and BadFrame."""
     data = bytes(message.ab_data[: _length(message)])
     return LinFrame(_identifier(message), data, enhanced=bool(message.msg_info.ecs))
 
 
 def _identifier(message: LinMsg) -> int:
-    """The identifier in pid, which may have its parity bits with it, as that of a received message has."""
+    """The identifier in pid, which may include the parity bits, as in a received message."""
     pid = message.msg_info.pid
     identifier = pid & LIN_PIDMASK_ID
     if pid not in (identifier, LinFrame(identifier).pid):
-        what = "0 to 0x3F, or with right parity bits"
-        raise VciError.of(VCI_E_INVALIDARG, f"LINMSGINFO's pid {pid:#04x}: an identifier is from {what}")
+        what = "0 to 0x3F, without or with the correct parity bits"
+        raise VciError.of(VCI_E_INVALIDARG, f"LINMSGINFO's pid {pid:#04x}: an identifier is {what}")
     return identifier
 
 
@@ -98,7 +99,7 @@ def _length(message: LinMsg) -> int:
 
 
 def _op_mode(mode: LinMode) -> int:
-    """As InitLine got it, or as it would have to be for a line that was not initialised by VCI."""
+    """The bOpMode that InitLine got; for a line of another dialect, the bOpMode that means the same."""
     if mode.note.startswith(_NOTE):
         return LinInitLine.from_bytes(mode.note.removeprefix(_NOTE)).op_mode
     return LIN_OPMODE_MASTER * mode.master | LIN_OPMODE_ERRORS * mode.errors

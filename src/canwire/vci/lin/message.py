@@ -22,9 +22,9 @@ _ROOM = 8
 class LinMsg(Structure):
     """A LIN message of up to 8 bytes.
 
-    `time` in ticks: received, when; to send, 0. `ab_data` is the whole data field, to be written byte by byte
-    as in C; `data` the part that `msg_info.dlen` makes valid. A constructor copies `msg_info` and takes its bits
-    as keywords too. With `data` it sets dlen, if that is not given.
+    `time` is the time of reception in ticks, 0 in a message to send. `ab_data` is the whole data field, which can be
+    written byte by byte as in C; `data` is the part that is valid according to `msg_info.dlen`. A constructor copies
+    `msg_info` and also accepts its bits as keywords. `data` sets dlen, if that is not given.
     Raises VciInvalidArgument for more than 8 bytes. Source: manual 7.4.6.
 
     >>> LinMsg(pid=0x50, data=b"ab", ecs=1)
@@ -54,16 +54,16 @@ class LinMsg(Structure):
 
     @classmethod
     def from_bytes(cls, data: bytes | bytearray | memoryview) -> Self:
-        made = cls.__new__(cls)  # by hand: every received message comes this way
+        made = cls.__new__(cls)  # without __init__, for speed: each received message is made here
         made.time, info, raw = cls._unpack(data)
         made.msg_info, made.ab_data = LinMsgInfo(info), bytearray(raw)
         return made
 
     @property
     def data(self) -> bytes:
-        """The valid data bytes: as many as dlen says, 8 at most; none of a header alone, nor of LIN_MSGTYPE_TMOVR.
+        """The valid data bytes: `dlen` bytes, 8 at most; none for a header alone or LIN_MSGTYPE_TMOVR.
 
-        Setting them sets dlen and fills up with zeros.
+        Setting them sets dlen and pads with zeros.
         """
         info = self.msg_info
         header_alone = info.ido and info.type == LIN_MSGTYPE_DATA
@@ -95,4 +95,4 @@ def _fitting(data: bytes) -> bytes:
     try:
         return limited(data, _ROOM)
     except (TypeError, ValueError):
-        raise VciError(VCI_E_INVALIDARG, f"LINMSG.abData takes {_ROOM} bytes") from None
+        raise VciError(VCI_E_INVALIDARG, f"LINMSG.abData has {_ROOM} bytes") from None

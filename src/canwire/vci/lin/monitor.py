@@ -1,4 +1,4 @@
-"""ILinMonitor: a program's own receive queue on a LIN line.
+"""ILinMonitor: the receive queue of one program on a LIN line.
 
 Source: VCI V4 manual 5.3.2 and 6.7.3; rulings.md 7 and 12.
 """
@@ -30,12 +30,12 @@ from canwire.vci.unknown import vci_call
 if TYPE_CHECKING:
     import canwire
 
-# LIN_MSGTYPE_WAKEUP is for sending alone (manual 7.4.5)
+# LIN_MSGTYPE_WAKEUP is only for sending (manual 7.4.5)
 _EVENTS = (LIN_MSGTYPE_INFO, LIN_MSGTYPE_ERROR, LIN_MSGTYPE_STATUS, LIN_MSGTYPE_SLEEP, LIN_MSGTYPE_TMOVR)
 
 
 class LinMonitor(QueueObject[LinMsg]):
-    """ILinMonitor: what the line hears, its own responses among it (LinMsg). It sends nothing. Source: manual 6.7.3."""
+    """ILinMonitor: the messages that the line receives, with its own responses (LinMsg). Source: manual 6.7.3."""
 
     interfaces: ClassVar[frozenset[UUID]] = frozenset({IID_IUnknown, IID_ILinMonitor})
 
@@ -44,16 +44,16 @@ class LinMonitor(QueueObject[LinMsg]):
 
     @classmethod
     def open(cls, line: BusLine, *, exclusive: bool) -> Self:
-        """For the socket."""
+        """Open a monitor; the socket calls this."""
         lease = line.open_monitor(exclusive=exclusive)
         return cls(line.share(), lease)
 
     @vci_call
     def initialize(self, rx_size: int) -> None:
-        """Initialize: make the FIFO, for at least so many messages; the monitor is inactive then.
+        """Initialize: make the FIFO, for at least `rx_size` messages; the monitor is inactive afterwards.
 
-        `rx_size` 1 to 65535 grows to whole pages of memory. May be repeated: what stood in the FIFO is gone then,
-        and its reader is dead. Raises VciInvalidArgument.
+        `rx_size`, 1 to 65535, is rounded up to whole pages of memory. A further call makes a new FIFO: the old messages
+        are lost, and the old reader can no longer be used. Raises VciInvalidArgument.
         """
         capacity = whole_pages(within("rx_size", rx_size, 1, UINT16), LinMsg.SIZE)
         self._lease.set_up(LinMonitorMode(receive=capacity, exact=True, ticks=True, events=_EVENTS))

@@ -1,4 +1,4 @@
-"""LINMSGINFO: what kind of message it is, in 32 bits.
+"""LINMSGINFO: the kind of a message, in 32 bits.
 
 Source: VCI V4 manual 7.4.5; lintype.h of VCI 4.1; reference/vci.md section 4.
 """
@@ -40,13 +40,13 @@ _MISPRINT = ("Bytes.pid", "pid")
     ),
 )
 class LinMsgInfo(InfoWord):
-    """What kind of message it is, over one 32-bit `value`: bit fields, and the same bits as four bytes.
+    """The kind of a message, in one 32-bit `value`: bit fields, and the same bits as four bytes.
 
-    `pid` protected identifier: LIN_PIDMASK_ID and LIN_PIDMASK_PARITY, 0xFF if the message is about no frame;
-    `type` LIN_MSGTYPE_; `dlen` valid bytes of data, of LIN_MSGTYPE_TMOVR how often the counter ran over; `ecs`
-    enhanced checksum of LIN 2; `sor` this controller sent the response; `ovr` the receive FIFO was full after
-    this message; `ido` send the header alone. `flags` holds LIN_MSGFLAGS_.
-    Raises VciInvalidArgument for a field that gets more than it holds. Source: manual 7.4.5.
+    `pid`: the protected identifier (LIN_PIDMASK_ID, LIN_PIDMASK_PARITY), 0xFF if the message is not about a frame;
+    `type`: LIN_MSGTYPE_; `dlen`: the number of valid data bytes, for LIN_MSGTYPE_TMOVR of overflows of the counter;
+    `ecs`: enhanced checksum of LIN 2; `sor`: this controller sent the response; `ovr`: the receive FIFO was full after
+    this message; `ido`: send only the header. `flags` has the LIN_MSGFLAGS_.
+    Raises VciInvalidArgument for a number that does not fit its field. Source: manual 7.4.5.
     """
 
     BITS: ClassVar[tuple[str, ...]] = _BITS

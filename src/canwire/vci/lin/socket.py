@@ -1,4 +1,4 @@
-"""ILinSocket: what a LIN line can do, how it is, and monitors on it.
+"""ILinSocket: the capabilities and the status of a LIN line, and monitors on it.
 
 Source: VCI V4 manual 5.3.1, 6.7.1 and 7.4.1.
 """
@@ -33,9 +33,9 @@ class LinSocket(SocketObject):
 
     @vci_call
     def create_monitor(self, exclusive: bool = False) -> LinMonitor:
-        """CreateMonitor: a new monitor, not initialised yet.
+        """CreateMonitor: a new monitor, which is not initialised yet.
 
-        An exclusive one has to be the first, and no other can be opened until it is released, else
-        VciAccessDenied.
+        An exclusive monitor must be the only one of the line: raises VciAccessDenied if another monitor is open, or if
+        an exclusive monitor is open.
         """
         return LinMonitor.open(self._line, exclusive=bool(exclusive))

@@ -11,9 +11,9 @@ from canwire.vci.structures.structure import Structure, structure
 
 @structure("LINCAPABILITIES")
 class LinCapabilities(Structure):
-    """What a controller can do: LIN_FEATURE_, and its clock.
+    """The capabilities of a controller: LIN_FEATURE_, and its clock.
 
-    `clock_freq` in Hz; a tick of the time stamps lasts tsc_divisor / clock_freq seconds.
+    `clock_freq` is in Hz; a tick of the time stamps lasts tsc_divisor / clock_freq seconds.
     Source: manual 7.4.1, which by mistake has 16 bits of features.
     """
 
@@ -24,10 +24,10 @@ class LinCapabilities(Structure):
 
 @structure("LININITLINE")
 class LinInitLine(Structure):
-    """How ILinControl.InitLine sets a line up: LIN_OPMODE_ flags and the bit rate.
+    """The configuration for ILinControl.InitLine: LIN_OPMODE_ flags and the bit rate.
 
-    `bitrate` in bit/s from LIN_BITRATE_MIN to LIN_BITRATE_MAX, or LIN_BITRATE_AUTO where a slave can
-    find it out. Source: manual 7.4.2.
+    `bitrate` is in bit/s, LIN_BITRATE_MIN to LIN_BITRATE_MAX, or LIN_BITRATE_AUTO for a slave that can detect the bit
+    rate. Source: manual 7.4.2.
     """
 
     op_mode: int = u8("bOpMode")

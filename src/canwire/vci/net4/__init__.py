@@ -4,9 +4,9 @@
         with device.open_bus_access_layer() as bal:
             channel = bal.open_socket(0, ICanChannel2)
 
-Names follow PEP 8 as those of `canwire.vci.v3` do; whatever both interfaces have alike is the same class. What is
-other than in V3: features, modes and errors have V4's numbers, the cyclic list makes its messages and runs from the
-beginning, messages know CAN FD.
+Names follow PEP 8, as in `canwire.vci.v3`; a class that is the same in both interfaces exists once. The differences
+from V3: features, modes and errors have V4's numbers; the cyclic list makes its messages and runs immediately;
+messages can be CAN FD.
 """
 
 from canwire.vci.net4.bitrate import CanBitrate2, CanFdBitrate

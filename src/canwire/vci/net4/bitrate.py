@@ -18,10 +18,10 @@ _NONE, _RAW = CanBitrateMode.NONE, CanBitrateMode.RAW
 
 @dataclass(frozen=True, slots=True)
 class CanBitrate2:
-    """One bit timing, with a name that does not count.
+    """One bit timing, and a name, which comparisons ignore.
 
-    Without RAW `prescaler` is the rate in bit/s and the rest are ratios, as in CANBTP; with it they are quanta.
-    Raises ArgumentOutOfRangeException.
+    Without RAW, `prescaler` is the rate in bit/s and the other numbers are ratios, as in CANBTP; with RAW, it is the
+    prescaler and the others are quanta. Raises ArgumentOutOfRangeException.
     """
 
     mode: CanBitrateMode
@@ -79,12 +79,12 @@ class CanBitrate2:
             checked(name, getattr(self, name), high)
 
     def structure(self) -> CanBtp:
-        """V4's structure of the same."""
+        """V4's structure for this timing."""
         return CanBtp(*(int(getattr(self, name)) for name in _WORDS))
 
     @classmethod
     def of(cls, btp: CanBtp) -> CanBitrate2:
-        """V4's structure as .NET's; a predefined one of the same figures, for its name."""
+        """The timing for V4's structure; a predefined one if it has the same numbers."""
         made = cls(CanBitrateMode(btp.mode), btp.bps, btp.ts1, btp.ts2, btp.sjw, btp.tdo)
         return _KNOWN.get(made, made)
 
@@ -94,7 +94,7 @@ class CanBitrate2:
 
 @dataclass(frozen=True, init=False)
 class CanFdBitrate:
-    """The timings of a CAN FD bus: arbitration and fast data; with one given, both are that."""
+    """The timings of a CAN FD bus: arbitration and fast data. If only one is given, it applies to both."""
 
     std_bitrate: CanBitrate2
     fast_bitrate: CanBitrate2
@@ -110,7 +110,7 @@ class CanFdBitrate:
 
 
 _WORDS = ("mode", "prescaler", "time_segment1", "time_segment2", "sjw", "transmitter_delay")
-_FIGURES: dict[str, tuple[int, int, int, int, int]] = {  # TS1, TS2, SJW and TDO behind bit/s
+_FIGURES: dict[str, tuple[int, int, int, int, int]] = {  # bit/s, then TS1, TS2, SJW and TDO
     "CIA_10_KBIT": (10_000, 14, 2, 1, 0),
     "CIA_20_KBIT": (20_000, 14, 2, 1, 0),
     "CIA_50_KBIT": (50_000, 14, 2, 1, 0),
@@ -141,7 +141,7 @@ _FIGURES: dict[str, tuple[int, int, int, int, int]] = {  # TS1, TS2, SJW and TDO
     "CANOPEN_4000_KBIT": (4_000_000, 700, 300, 300, 600),
     "CANOPEN_5000_KBIT": (5_000_000, 750, 250, 250, 750),
 }
-_RAW_FIGURES: dict[str, tuple[int, int, int, int, int]] = {  # the same behind the prescaler, at 80 MHz
+_RAW_FIGURES: dict[str, tuple[int, int, int, int, int]] = {  # the prescaler, then the same, at 80 MHz
     "IFI_833_KBIT": (6, 12, 3, 3, 78),
     "IFI_1000_KBIT": (4, 15, 4, 4, 64),
     "IFI_2000_KBIT": (2, 15, 4, 4, 32),

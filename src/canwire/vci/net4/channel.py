@@ -16,16 +16,16 @@ from canwire.vci.v3.disposable import net_call
 
 
 class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
-    """ICanChannel: as V3's, whose reader and writer have Ixxat.Vci4's messages.
+    """ICanChannel: the same as in V3, but its reader and writer use Ixxat.Vci4's messages.
 
-    It may be opened beside an exclusive one, but not initialised.
+    It can be opened, but not initialised, while an exclusive channel is open.
     """
 
     _may_come_late = True
 
     @net_call
     def initialize(self, receive_fifo_size: int, transmit_fifo_size: int, exclusive: bool) -> None:
-        """Initialize: as V3's."""
+        """Initialize: the same as in V3."""
         self._be_exclusive(bool(exclusive))
         self._queue.initialize(receive_fifo_size, transmit_fifo_size)
         self._initialized = True
@@ -52,11 +52,11 @@ class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
 
 
 class CanChannel2(QueueSocket[can_channel.CanChannel2], CanSocket2):
-    """ICanChannel2: messages of up to 64 bytes, with a filter of its own behind the line's.
+    """ICanChannel2: messages of up to 64 bytes, with a separate filter after the line's.
 
-    It is inactive, and without FIFOs and filters until `initialize`: its calls raise ObjectDisposedException. Of
-    messages sent with SelfReceptionRequest it receives its own; with PASS_SELF_RECEPTIONS those of other channels too.
-    It may be opened beside an exclusive one, but not initialised.
+    Before `initialize` it is inactive and has no FIFOs and filters: its calls raise ObjectDisposedException. It
+    receives its own messages sent with SelfReceptionRequest, with PASS_SELF_RECEPTIONS also those of other channels.
+    It can be opened, but not initialised, while an exclusive channel is open.
     """
 
     _may_come_late = True
@@ -70,10 +70,10 @@ class CanChannel2(QueueSocket[can_channel.CanChannel2], CanSocket2):
         filter_mode: int,
         exclusive: bool,
     ) -> None:
-        """Initialize: make FIFOs for at least so many messages, and both filters; the channel is inactive then.
+        """Initialize: make the FIFOs and both filters; the channel is inactive afterwards.
 
-        `filter_size` is how many identifiers the 29-bit list holds, 0 for no lists; `filter_mode` CanFilterModes.
-        The rest as ICanChannel's.
+        `filter_size` is the number of identifiers in the 29-bit list, 0 for no lists; `filter_mode` is a
+        CanFilterModes. The other parameters are the same as in ICanChannel.
         """
         self._be_exclusive(bool(exclusive))
         self._queue.initialize(receive_fifo_size, transmit_fifo_size, filter_size, int(filter_mode))
@@ -98,27 +98,27 @@ class CanChannel2(QueueSocket[can_channel.CanChannel2], CanSocket2):
 
     @net_call
     def get_filter_mode(self, select: int) -> int:
-        """GetFilterMode: the CanFilterModes of a CanFilter."""
+        """GetFilterMode: the present CanFilterModes of a CanFilter."""
         return self._initialized_queue().get_filter_mode(select)
 
     @net_call
     def set_filter_mode(self, select: int, mode: int) -> int:
-        """SetFilterMode: returns the mode before. Like the next three only while the channel is inactive."""
+        """SetFilterMode: returns the previous mode. Filters can be changed only while the channel is inactive."""
         return self._initialized_queue().set_filter_mode(select, int(mode))
 
     @net_call
     def set_acc_filter(self, select: int, code: int, mask: int) -> None:
-        """SetAccFilter: as ICanControl's, for this channel alone."""
+        """SetAccFilter: the same as in ICanControl, but only for this channel."""
         self._initialized_queue().set_acc_filter(select, code, mask)
 
     @net_call
     def add_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """AddFilterIds: put all that agrees with the pattern on the list."""
+        """AddFilterIds: add all identifiers that match the pattern to the list."""
         self._initialized_queue().add_filter_ids(select, code, mask)
 
     @net_call
     def rem_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """RemFilterIds: take all that agrees with the pattern off the list."""
+        """RemFilterIds: remove all identifiers that match the pattern from the list."""
         self._initialized_queue().rem_filter_ids(select, code, mask)
 
     def _make(self, exclusive: bool) -> can_channel.CanChannel2:

@@ -28,11 +28,11 @@ _NOTHING_HEARD = -1
 
 
 class CanControl(v3.CanControl, CanSocket):
-    """ICanControl: as V3's, which can find the bit rate out as well (CanOperatingModes.AUTO_BAUDRATE)."""
+    """ICanControl: the same as in V3, but it can also detect the bit rate (CanOperatingModes.AUTO_BAUDRATE)."""
 
     @net_call
     def init_line(self, operating_mode: int, bitrate: CanBitrate) -> None:
-        """InitLine: as V3's; with AUTO_BAUDRATE it waits until it has heard the bus, and raises VciException if not."""
+        """InitLine: the same as in V3; with AUTO_BAUDRATE it detects the bit rate, or raises VciException."""
         mode = checked("operating_mode", int(operating_mode), UINT8)
         self._control.init_line(CanInitLine(mode, 0, bitrate.btr0, bitrate.btr1))
 
@@ -40,7 +40,7 @@ class CanControl(v3.CanControl, CanSocket):
 class CanControl2(ControlSocket, CanSocket2):
     """ICanControl2: the control unit of a CAN FD line. One program at a time may have it.
 
-    States are those of ICanControl. After `reset_line` the line is offline, with the settings of `init_line`.
+    The states are the same as in ICanControl. After `reset_line` the line is offline, with the settings of `init_line`.
     """
 
     _control_iid: ClassVar[UUID] = IID_ICanControl2
@@ -54,16 +54,16 @@ class CanControl2(ControlSocket, CanSocket2):
     def detect_baud(
         self, operating_mode: int, extended_mode: int, timeout_ms: int, bitrate_table: Sequence[CanFdBitrate]
     ) -> int:
-        """DetectBaud: index of the bit rates that the running bus speaks, -1 if nothing is heard; only listens.
+        """DetectBaud: the index of the running bus's bit rates, -1 if no message is received. The line only listens.
 
-        `operating_mode` LOW_SPEED or not, `extended_mode` FAST_DATA_RATE to find the fast rate too, with
-        NON_ISO_CAN_FD on a bus of such frames; `timeout_ms` 1 to 65535 for each of the bit rates.
-        Raises VciException while the line is started and for no timeout, ArgumentException for no bit rates.
+        `operating_mode` is LOW_SPEED for that coupling, else 0; `extended_mode` is FAST_DATA_RATE to find the fast
+        rate, too, with NON_ISO_CAN_FD on a bus with non-ISO frames; `timeout_ms` is 1 to 65535 for each entry.
+        Raises VciException while the line is started and for a timeout of 0, ArgumentException for no bit rates.
         """
         if not bitrate_table:
             raise ArgumentException(VCI_E_INVALIDARG, "no bit rates to try")
         if checked("timeout_ms", timeout_ms, UINT16) == 0:
-            raise VciException(VCI_E_TIMEOUT, "a bus needs more than 0 ms to be heard")
+            raise VciException(VCI_E_TIMEOUT, "the detection needs a timeout of more than 0 ms")
         low_speed = int(operating_mode) & CanOperatingModes.LOW_SPEED
         for start in range(0, len(bitrate_table), CAN_BTP_TABLE_SIZE):
             some = bitrate_table[start : start + CAN_BTP_TABLE_SIZE]
@@ -88,10 +88,11 @@ class CanControl2(ControlSocket, CanSocket2):
         bitrate: CanBitrate2,
         extended_bitrate: CanBitrate2,
     ) -> None:
-        """InitLine: reset the line and set it up with its filters; it is offline then.
+        """InitLine: reset the line and configure it with its filters; it is offline afterwards.
 
-        CanOperatingModes, CanExtendedOperatingModes, and for 11 and 29 bits CanFilterModes with how many identifiers
-        the list takes. Raises VciException naming the feature, rate or raw figure that the line lacks.
+        The modes are CanOperatingModes, CanExtendedOperatingModes, and CanFilterModes for 11 and for 29 bits, each with
+        the number of identifiers in the list. Raises VciException, which names the missing feature or the rate or raw
+        number that the line cannot make.
         """
         init = CanInitLine2(
             op_mode=checked("operating_mode", int(operating_mode), UINT8),
@@ -108,21 +109,21 @@ class CanControl2(ControlSocket, CanSocket2):
 
     @net_call
     def set_acc_filter(self, select: int, code: int, mask: int) -> None:
-        """SetAccFilter: the line's, as ICanControl's. Like the next two only offline, else VciException."""
+        """SetAccFilter: the same as in ICanControl. Filters can be changed only offline, otherwise VciException."""
         self._control.set_acc_filter(select, code, mask)
 
     @net_call
     def add_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """AddFilterIds: put all that agrees with the pattern on the list."""
+        """AddFilterIds: add all identifiers that match the pattern to the list."""
         self._control.add_filter_ids(select, code, mask)
 
     @net_call
     def rem_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """RemFilterIds: take all that agrees with the pattern off the list."""
+        """RemFilterIds: remove all identifiers that match the pattern from the list."""
         self._control.rem_filter_ids(select, code, mask)
 
     def _settings(self) -> CanInitLine2 | None:
-        """Its own, as they were found out if the rate was to be; else those of whoever had set the line up."""
+        """The settings of `init_line`, with a detected bit rate; without `init_line` those of another program."""
         status = self._control.get_line_status()
         if not status.op_mode:
             return None

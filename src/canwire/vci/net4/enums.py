@@ -1,4 +1,4 @@
-"""The enumerations of Ixxat.Vci4 that V3 lacks, or has with other values; the rest are V3's.
+"""The enumerations of Ixxat.Vci4 that are not in V3, or have other values there; the others are V3's.
 
 Source: the vendor's published contract of Ixxat.Vci4 (names and values); cantype.h of VCI 4.1; rulings.md 49.
 """
@@ -25,10 +25,10 @@ class VciBusType(IntEnum):
 
 
 class CanFeatures(IntFlag):
-    """What a controller can do."""
+    """The capabilities of a controller."""
 
-    STD_OR_EXT = c.CAN_FEATURE_STDOREXT  # 11 or 29 bits, not both at once
-    STD_AND_EXT = c.CAN_FEATURE_STDANDEXT  # both at once
+    STD_OR_EXT = c.CAN_FEATURE_STDOREXT  # 11 or 29 bits, not both at the same time
+    STD_AND_EXT = c.CAN_FEATURE_STDANDEXT  # both at the same time
     REMOTE_FRAME = c.CAN_FEATURE_RMTFRAME
     ERR_FRAME = c.CAN_FEATURE_ERRFRAME
     BUSLOAD = c.CAN_FEATURE_BUSLOAD
@@ -48,7 +48,7 @@ class CanFeatures(IntFlag):
 
 
 class CanOperatingModes(IntFlag):
-    """How a line is set up."""
+    """The operating mode of a line."""
 
     UNDEFINED = c.CAN_OPMODE_UNDEFINED
     STANDARD = c.CAN_OPMODE_STANDARD
@@ -61,7 +61,7 @@ class CanOperatingModes(IntFlag):
 
 
 class CanExtendedOperatingModes(IntFlag):
-    """How a CAN FD line is set up."""
+    """The extended operating mode of a CAN FD line."""
 
     UNDEFINED = 0
     EXTENDED_DATA_LENGTH = c.CAN_EXMODE_EXTDATA
@@ -70,7 +70,7 @@ class CanExtendedOperatingModes(IntFlag):
 
 
 class CanFilterModes(IntFlag):
-    """What a filter does; PASS_SELF_RECEPTIONS is for a channel's Initialize."""
+    """The mode of a filter; PASS_SELF_RECEPTIONS is only for a channel's Initialize."""
 
     INVALID = c.CAN_FILTER_VOID
     LOCK = c.CAN_FILTER_LOCK
@@ -98,7 +98,7 @@ class CanMsgError(IntEnum):
 
 
 class CanBitrateMode(IntFlag):
-    """What the figures of a CanBitrate2 are: bit/s and ratios, or with RAW prescaler and quanta."""
+    """The meaning of the numbers in a CanBitrate2: bit/s and ratios, or prescaler and quanta with RAW."""
 
     NONE = 0
     RAW = c.CAN_BTMODE_RAW

@@ -1,4 +1,4 @@
-"""ILinMonitor of Ixxat.Vci4; the rest of LIN is V3's.
+"""ILinMonitor of Ixxat.Vci4; all other classes of LIN are V3's.
 
 Source: the vendor's published contract and tests of Ixxat.Vci4; rulings.md 49.
 """
@@ -9,6 +9,6 @@ from canwire.vci.v3.lin import monitor as v3
 
 
 class LinMonitor(v3.LinMonitor):
-    """ILinMonitor: as V3's, but it may be opened beside an exclusive one, and its Initialize is refused then."""
+    """ILinMonitor: the same as in V3, but it can be opened, not initialised, while an exclusive monitor is open."""
 
     _may_come_late = True

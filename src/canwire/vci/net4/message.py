@@ -17,10 +17,10 @@ _INCREMENTED = {CanCyclicTXIncMode.INC_8: 1, CanCyclicTXIncMode.INC_16: 2}  # by
 
 
 class _FdFlags:
-    """What messages of Ixxat.Vci4 have beyond those of V3.
+    """The flags of Ixxat.Vci4's messages that V3 does not have.
 
-    `extended_data_length`: a CAN FD message; `fast_data_rate`: its data at the fast rate; `error_state_indicator`: its
-    sender was error passive.
+    `extended_data_length`: a CAN FD message; `fast_data_rate`: its data have the fast bit rate;
+    `error_state_indicator`: its sender was error passive.
     """
 
     __slots__ = ()
@@ -42,7 +42,7 @@ class _Long(_FdFlags, v3.AnyCanMessage[CanMsg2]):
 
     @property
     def data_length(self) -> int:
-        """DataLength in bytes, 0 to 64: what lies between two lengths that CAN FD has becomes the longer one."""
+        """DataLength in bytes, 0 to 64; a length that CAN FD does not have is rounded up."""
         return CAN_EDLC_XLT[self.raw.msg_info.dlc]
 
     @data_length.setter
@@ -57,7 +57,7 @@ class CanMessage2(_Long):
 
 
 class Sends(Protocol):
-    """The cyclic list, as its messages need it."""
+    """What the messages of a cyclic list need from the list."""
 
     def start(self, message: _Cyclic[CanMsg] | _Cyclic[CanMsg2], repeat_count: int) -> None: ...
     def stop(self, message: _Cyclic[CanMsg] | _Cyclic[CanMsg2]) -> None: ...
@@ -68,7 +68,7 @@ class Sends(Protocol):
 class _Cyclic(v3.AnyCyclicTXMsg[v3.Raw], Generic[v3.Raw]):
     """A message of a cyclic list, which AddMessage of the list makes.
 
-    What is changed while it is sent counts from the next `start` on.
+    Changes while it is sent take effect at the next `start`.
     """
 
     __slots__ = ("_list",)
@@ -79,26 +79,26 @@ class _Cyclic(v3.AnyCyclicTXMsg[v3.Raw], Generic[v3.Raw]):
 
     @property
     def status(self) -> CanCyclicTXStatus:
-        """Status now; EMPTY before the first start, and off the list."""
+        """The present Status; EMPTY before the first start, and after its removal from the list."""
         return CanCyclicTXStatus(self._list.state(self))
 
     def start(self, repeat_count: int) -> None:
-        """Start: send it `repeat_count` times, 1 to 65535, or for ever with 0, as it is at this moment.
+        """Start: send its present content `repeat_count` times, 1 to 65535, or without end if it is 0.
 
-        Raises ArgumentException where the list has no room for its cycle, and VciException.
+        Raises ArgumentException if the list has no room for its cycle, and VciException.
         """
         self._list.start(self, repeat_count)
 
     def stop(self) -> None:
-        """Stop: send it no more; nothing happens if it was not started."""
+        """Stop: stop sending it; nothing happens if it was not started."""
         self._list.stop(self)
 
     def reset(self) -> None:
-        """Reset: stop it and give its place in the cycles to others; it may be started again."""
+        """Reset: stop it and free its place in the cycles; it can be started again."""
         self._list.remove(self)
 
     def _adapted(self, made: v3.Cyclic) -> v3.Cyclic:
-        """Without counting in bytes that are not sent: the manual refuses those, .NET's programs have them."""
+        """`made` without an increment in bytes that are not sent: the manual refuses it, but .NET programs use it."""
         sent = len(made.data) - self.auto_increment_index
         if sent < _INCREMENTED.get(self.auto_increment_mode, 0):
             made.incr_mode = CanCyclicTXIncMode.INC_8 if sent == 1 else CanCyclicTXIncMode.NO_INC

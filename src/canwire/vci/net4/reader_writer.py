@@ -21,17 +21,17 @@ Received = TypeVar("Received", bound=CanMessage | CanMessage2)
 
 
 class CanMessageReader(MessageReader[Raw, Received], Lockable[Raw], Generic[Raw, Received]):
-    """ICanMessageReader: gives CanMessage of an ICanChannel, CanMessage2 of an ICanChannel2."""
+    """ICanMessageReader: reads CanMessage from an ICanChannel, CanMessage2 from an ICanChannel2."""
 
     def __init__(self, reader: FifoReader[Raw], kind: type[Received]) -> None:
-        """For channels."""
+        """Channels make it."""
         super().__init__(reader)
         self._kind = kind
 
     def _received(self, raw: Raw, out: Received | None = None) -> Received:
         if out is not None and not isinstance(out, self._kind):
             raise ArgumentException(
-                VCI_E_INVALIDARG, f"this channel gives {self._kind.__name__}, not {type(out).__name__}"
+                VCI_E_INVALIDARG, f"this channel reads {self._kind.__name__}, not {type(out).__name__}"
             )
         made = self._kind() if out is None else out
         made.raw = cast(Any, raw)
@@ -39,25 +39,26 @@ class CanMessageReader(MessageReader[Raw, Received], Lockable[Raw], Generic[Raw,
 
 
 class CanMessageWriter(Lockable[Raw], Generic[Raw]):
-    """ICanMessageWriter: takes CanMessage and CanMessage2; an ICanChannel's no more than 8 bytes and no CAN FD."""
+    """ICanMessageWriter: accepts CanMessage and CanMessage2, on an ICanChannel up to 8 bytes and no CAN FD."""
 
     def __init__(self, writer: FifoWriter[Raw], kind: type[Raw]) -> None:
-        """For channels."""
+        """Channels make it."""
         super().__init__(writer)
         self._writer = writer
         self._kind = kind
 
     @property
     def free_count(self) -> int:
-        """FreeCount: messages that still fit."""
+        """FreeCount: the number of messages that still fit into the FIFO."""
         return 0 if self._disposed else self._free_count()
 
     @net_call
     def send_message(self, message: CanMessage | CanMessage2) -> bool:
-        """SendMessage: False if there is no room.
+        """SendMessage: write a message into the FIFO; False if the FIFO is full.
 
-        Raises ArgumentException for CAN FD on an ICanChannel, VciException for CAN FD on a controller without it. What
-        the line cannot send as it is set up it refuses silently and counts (`hub.line_status`).
+        Raises ArgumentException for CAN FD on an ICanChannel, VciException for CAN FD on a controller without it. A
+        message that the line cannot send in its configuration is discarded without an error and counted
+        (`hub.line_status`).
         """
         try:
             self._writer.put_data_entry(self._as_taken(message))
@@ -67,7 +68,7 @@ class CanMessageWriter(Lockable[Raw], Generic[Raw]):
 
     @net_call
     def send_messages(self, messages: Sequence[CanMessage | CanMessage2]) -> int:
-        """How many of them there was room for, from the first on; V3's, which Ixxat.Vci4 has no more."""
+        """Write messages until the FIFO is full; returns how many were written. V3 has this, Ixxat.Vci4 does not."""
         return next((at for at, one in enumerate(messages) if not self.send_message(one)), len(messages))
 
     @net_call

@@ -1,4 +1,4 @@
-"""ICanScheduler and ICanScheduler2 of Ixxat.Vci4: the list makes its messages, and they are started by themselves.
+"""ICanScheduler and ICanScheduler2 of Ixxat.Vci4: the list makes its messages, and each message has its own `start`.
 
 Source: the vendor's published contract and tests of Ixxat.Vci4; VCI V4 manual 5.2.5; rulings.md 9 and 49.
 """
@@ -23,9 +23,9 @@ Cyclic = TypeVar("Cyclic", CanCyclicTXMsg, CanCyclicTXMsg2)
 
 
 class _Scheduler(BusSocket, Generic[Cyclic]):
-    """Up to 16 messages, at most one of them in a tick. One program at a time may have a line's list.
+    """Up to 16 messages, of which at most one is sent in a tick. One program at a time may have a line's list.
 
-    It runs from the beginning, other than V3's, which waits for Resume.
+    It runs immediately, unlike V3's list, which waits for Resume.
     """
 
     _scheduler_iid: ClassVar[UUID]
@@ -34,18 +34,19 @@ class _Scheduler(BusSocket, Generic[Cyclic]):
     def _open_more(self) -> None:
         self._scheduler: Any = self._open(self._scheduler_iid)
         self._messages: list[Cyclic] = []
-        self._sent: dict[Cyclic, tuple[int, bytes]] = {}  # index in V4's list, and what was put there
+        self._sent: dict[Cyclic, tuple[int, bytes]] = {}  # index in V4's list, and the content there
         self._scheduler.resume()
 
     @net_call
     def add_message(self) -> Cyclic:
-        """AddMessage: a new message of the list, to be filled in and then started.
+        """AddMessage: a new message of the list, which the program fills in and then starts.
 
-        Raises ArgumentOutOfRangeException where there are 16.
+        Raises ArgumentOutOfRangeException if the list has 16 messages.
         """
         if len(self._messages) == CAN_MAX_CTX_MSGS:
             raise ArgumentOutOfRangeException(
-                VCI_E_INVALID_INDEX, f"the list of {self.bus_name} has its {CAN_MAX_CTX_MSGS} messages"
+                VCI_E_INVALID_INDEX,
+                f"the list of {self.bus_name} is full: it has {CAN_MAX_CTX_MSGS} messages",
             )
         made = self._kind(self)
         self._messages.append(made)
@@ -53,32 +54,32 @@ class _Scheduler(BusSocket, Generic[Cyclic]):
 
     @net_call
     def resume(self) -> None:
-        """Resume: let the list run; all messages started before begin in the same tick."""
+        """Resume: start the list; all messages that were started before begin in the same tick."""
         self._scheduler.resume()
 
     @net_call
     def suspend(self) -> None:
-        """Suspend: stop all messages at once."""
+        """Suspend: stop all messages immediately."""
         self._scheduler.suspend()
 
     @net_call
     def reset(self) -> None:
-        """Reset: stop the list and take all messages off it, for good."""
+        """Reset: stop the list and remove all messages, which cannot be started again."""
         self._scheduler.reset()
         self._messages.clear()
         self._sent.clear()
 
     def update_status(self) -> None:
-        """UpdateStatus: nothing to do, for Status is always that of now."""
+        """UpdateStatus: does nothing, since Status is always up to date."""
 
     @net_call
     def start(self, message: Any, repeat_count: int) -> None:
-        """For its messages: put it on V4's list as it is now, and start it."""
+        """For its messages: put a message with its present content on V4's list, and start it."""
         count = checked("repeat_count", repeat_count, UINT16)
         if message not in self._messages:
             raise ArgumentOutOfRangeException(
                 VCI_E_INVALID_INDEX,
-                f"the list of {self.bus_name} was reset: AddMessage makes another message",
+                f"the list of {self.bus_name} was reset: make another message with AddMessage",
             )
         structure = message.structure()
         content = structure.to_bytes()
@@ -89,18 +90,18 @@ class _Scheduler(BusSocket, Generic[Cyclic]):
 
     @net_call
     def stop(self, message: Any) -> None:
-        """For its messages."""
+        """For its messages: stop sending one."""
         if message in self._sent:
             self._scheduler.stop_message(self._sent[message][0])
 
     @net_call
     def remove(self, message: Any) -> None:
-        """For its messages: give their place in the cycles to others."""
+        """For its messages: free the place of one in the cycles."""
         if message in self._sent:
             self._scheduler.rem_message(self._sent.pop(message)[0])
 
     def state(self, message: Any) -> int:
-        """For its messages: CAN_CTXMSG_STAT_ now."""
+        """For its messages: the present CAN_CTXMSG_STAT_."""
         if self._disposed or message not in self._sent:
             return CAN_CTXMSG_STAT_EMPTY
         return self._state_of(self._sent[message][0])

@@ -26,19 +26,19 @@ class MessageFactory:
         """CreateMsg: an empty message of ICanMessage, ICanMessage2 or ILinMessage; raises ArgumentException."""
         if kind not in (CanMessage, CanMessage2, LinMessage):
             raise ArgumentException(
-                VCI_E_INVALIDARG, f"{kind!r:.60}: messages are ICanMessage, ICanMessage2 and ILinMessage"
+                VCI_E_INVALIDARG, f"{kind!r:.60}: use ICanMessage, ICanMessage2 or ILinMessage"
             )
         return kind()
 
 
 class VciServer(V3Server):
-    """VciServer: there is one."""
+    """VciServer, of which each process has one."""
 
     _instance: ClassVar[VciServer | None] = None
 
     @classmethod
     def instance(cls) -> VciServer:
-        """Instance."""
+        """Instance: the server of this process."""
         if cls._instance is None:
             cls._instance = cls()
         return cls._instance
@@ -50,7 +50,7 @@ class VciServer(V3Server):
 
     @property
     def version(self) -> Version:
-        """Version: that of VCI."""
+        """Version: the version of VCI."""
         info = server.get_version()
         return Version(
             info.vci_major_version, info.vci_minor_version, info.vci_rev_number, info.vci_build_number

@@ -1,4 +1,4 @@
-"""ICanSocket and ICanSocket2 of Ixxat.Vci4: what a line can do and how it is.
+"""ICanSocket and ICanSocket2 of Ixxat.Vci4: the capabilities and the status of a line.
 
 Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 5.2.1, 6.6.2 and 7.3.2.
 """
@@ -39,7 +39,7 @@ class _Supports:
 
 
 class _Able:
-    """What both kinds of socket say of the controller."""
+    """The features of the controller, in both kinds of socket."""
 
     supports_std_or_ext_frames = _Supports(CanFeatures.STD_OR_EXT)
     supports_std_and_ext_frames = _Supports(CanFeatures.STD_AND_EXT)
@@ -58,7 +58,7 @@ class _Able:
 
 
 class CanSocket(_Able, v3.CanSocket):
-    """ICanSocket: as V3's, with V4's features and modes."""
+    """ICanSocket: the same as in V3, but with V4's features and modes."""
 
     @property
     @net_call
@@ -75,9 +75,9 @@ class CanSocket(_Able, v3.CanSocket):
 
 
 class CanSocket2(_Able, BusSocket):
-    """ICanSocket2: a CAN FD line; any number of programs may have one, and it changes nothing.
+    """ICanSocket2: a CAN FD line. Any number of programs may have one; it cannot change the line.
 
-    A tick of a timer lasts its divisor / its clock frequency seconds; both are 0 where there is no such timer.
+    A tick of a timer lasts its divisor / its clock frequency seconds; both are 0 if the controller lacks the timer.
     """
 
     _iid: ClassVar[UUID] = IID_ICanSocket2
@@ -113,32 +113,32 @@ class CanSocket2(_Able, BusSocket):
 
     @property
     def can_clock_frequency(self) -> int:
-        """CanClockFrequency in Hz, of which raw bit timings are made."""
+        """CanClockFrequency in Hz, the clock of raw bit timings."""
         return self._able().can_clk_freq
 
     @property
     def minimum_arbitration_bitrate(self) -> CanBitrate2:
-        """MinimumArbitrationBitrate: the least of each raw figure; this and the next three are EMPTY without."""
+        """MinimumArbitrationBitrate: the least raw numbers."""
         return CanBitrate2.of(self._able().sdr_range_min)
 
     @property
     def maximum_arbitration_bitrate(self) -> CanBitrate2:
-        """MaximumArbitrationBitrate."""
+        """MaximumArbitrationBitrate: the largest raw numbers."""
         return CanBitrate2.of(self._able().sdr_range_max)
 
     @property
     def minimum_fast_data_bitrate(self) -> CanBitrate2:
-        """MinimumFastDataBitrate."""
+        """MinimumFastDataBitrate: the least raw numbers; EMPTY without a fast phase."""
         return CanBitrate2.of(self._able().fdr_range_min)
 
     @property
     def maximum_fast_data_bitrate(self) -> CanBitrate2:
-        """MaximumFastDataBitrate."""
+        """MaximumFastDataBitrate: the largest raw numbers; EMPTY without a fast phase."""
         return CanBitrate2.of(self._able().fdr_range_max)
 
     @property
     def clock_frequency(self) -> int:
-        """In Hz, of the time stamps, as V3's sockets have it."""
+        """The clock of the time stamps in Hz, as in V3's sockets."""
         return self._able().tsc_clk_freq
 
     time_stamp_counter_clock_frequency = clock_frequency

@@ -1,4 +1,4 @@
-"""CanLineStatus and CanLineStatus2 of Ixxat.Vci4: how a line was when somebody asked.
+"""CanLineStatus and CanLineStatus2 of Ixxat.Vci4: the status of a line at the time of the call.
 
 Source: the vendor's published contract of Ixxat.Vci4; VCI V4 manual 7.3.8 and 7.3.9.
 """
@@ -34,7 +34,7 @@ class _Is:
 
 
 class _Line:
-    """What both kinds have: modes, load in percent and state of a line."""
+    """The common part of both kinds: modes, load in percent and state of a line."""
 
     operating_mode: CanOperatingModes
     controller_status: CanCtrlStatus
@@ -51,7 +51,7 @@ class _Line:
     is_bus_c_err = _Is(CanCtrlStatus.BUS_C_ERR)
 
     def has(self, bit: _Bits) -> bool:
-        """For its properties."""
+        """Whether the bit of a mode or of the controller's status is set."""
         return bool(
             (self.operating_mode if isinstance(bit, CanOperatingModes) else self.controller_status) & bit
         )
@@ -59,7 +59,7 @@ class _Line:
 
 @dataclass(frozen=True)
 class CanLineStatus(_Line):
-    """A line; `bitrate` is EMPTY where an SJA1000 cannot make it."""
+    """A line; `bitrate` is EMPTY if an SJA1000 cannot make it."""
 
     operating_mode: CanOperatingModes
     bitrate: CanBitrate
@@ -72,7 +72,7 @@ class CanLineStatus(_Line):
 
     @classmethod
     def of(cls, status: structures.CanLineStatus) -> Self:
-        """V4's as .NET's."""
+        """The status for V4's structure."""
         return cls(
             CanOperatingModes(status.op_mode),
             named(CanBitrate(status.bt_reg0, status.bt_reg1)),
@@ -106,7 +106,7 @@ class CanLineStatus2(_Line):
 
     @classmethod
     def of(cls, status: structures.CanLineStatus2) -> Self:
-        """V4's as .NET's."""
+        """The status for V4's structure."""
         return cls(
             CanOperatingModes(status.op_mode),
             CanExtendedOperatingModes(status.ex_mode),

@@ -1,4 +1,4 @@
-"""CAN constants of cantype.h under its own names; flags are made to be OR-ed.
+"""The CAN constants of cantype.h, with their names; flags can be combined with OR.
 
 Bus and controller types: controller_types.py. Bit timings for ICanControl2: vci/can/presets.py.
 Source: cantype.h of VCI 4.1; VCI V4 manual 5.2.2, 5.2.3, 5.2.5 and 7.3;
@@ -40,8 +40,8 @@ CAN_STATUS_ININIT = 0x10  # stopped
 CAN_STATUS_BUSCERR = 0x20  # fault of the low-speed coupling
 
 # what a controller can do: CANCAPABILITIES.dwFeatures
-CAN_FEATURE_STDOREXT = 0x00001  # 11 or 29 bits, not both at once
-CAN_FEATURE_STDANDEXT = 0x00002  # both at once
+CAN_FEATURE_STDOREXT = 0x00001  # 11 or 29 bits, not both at the same time
+CAN_FEATURE_STDANDEXT = 0x00002  # both at the same time
 CAN_FEATURE_RMTFRAME = 0x00004
 CAN_FEATURE_ERRFRAME = 0x00008
 CAN_FEATURE_BUSLOAD = 0x00010
@@ -83,7 +83,7 @@ CAN_MSGTYPE_INFO = 1
 CAN_MSGTYPE_ERROR = 2
 CAN_MSGTYPE_STATUS = 3
 CAN_MSGTYPE_WAKEUP = 4  # not used
-CAN_MSGTYPE_TIMEOVR = 5  # the time stamp counter passed its end
+CAN_MSGTYPE_TIMEOVR = 5  # the time stamp counter wrapped around
 CAN_MSGTYPE_TIMERST = 6  # not used
 
 # identifiers: CANMSG.dwMsgId
@@ -111,12 +111,12 @@ CAN_ERROR_CRC = 6
 CAN_ERROR_DLC = 7
 CAN_ERROR_OTHER = 8
 
-# which filter let a message in: CANMSGINFO.Bits.afc
+# the filter that accepted a message: CANMSGINFO.Bits.afc
 CAN_ACCEPT_REJECT = 0x00
 CAN_ACCEPT_FILTER_1 = 0x01  # the acceptance filter
 CAN_ACCEPT_FILTER_2 = 0x02  # the list of identifiers
 CAN_ACCEPT_PASSEXCL = 0x03  # an excluding filter
-CAN_ACCEPT_ALWAYS = 0xFF  # no data message: filters do not ask
+CAN_ACCEPT_ALWAYS = 0xFF  # no data message: filters do not apply
 
 # bits of CANMSGINFO.Bytes.bFlags and .bFlags2
 CAN_MSGFLAGS_DLC = 0x0F
@@ -146,7 +146,7 @@ CAN_CTXMSG_STAT_DONE = 2
 # what is locked: CANRTINFO.dwLockStatus
 CAN_RTI_LOCKSTAT_CTL = 0x00000001  # ICanControl
 CAN_RTI_LOCKSTAT_SHD = 0x00000002  # ICanScheduler
-CAN_RTI_LOCKSTAT_CHN = 0x80000000  # a channel has the line for itself
+CAN_RTI_LOCKSTAT_CHN = 0x80000000  # a channel is exclusive
 
 # data length code: S classic, E extended (CAN FD)
 CAN_SDLC_MAX = 8
@@ -175,7 +175,7 @@ CAN_BT0_667KB, CAN_BT1_667KB = 0x00, 0x18
 CAN_BT0_800KB, CAN_BT1_800KB = 0x00, 0x16
 CAN_BT0_1000KB, CAN_BT1_1000KB = 0x00, 0x14
 
-# misprints of the manual, so that what was copied from it runs
+# misprints of the manual, so that code copied from it runs
 CAN_FEATURE_STDREXT = CAN_FEATURE_STDOREXT
 CAN_FEATURE_STDANEXT = CAN_FEATURE_STDANDEXT
 CAN_FEATURE_SINGLESOT = CAN_FEATURE_SINGLESHOT
@@ -197,20 +197,20 @@ def can_make_msgflags2(ssm: int, hpm: int, edl: int, fdr: int, esi: int) -> int:
 
 
 def can_sdlc_to_len(dlc: int) -> int:
-    """CAN_SDLC_TO_LEN: bytes of a classic frame; 8 for every code out of range."""
+    """CAN_SDLC_TO_LEN: the number of bytes of a classic frame; 8 for each code out of range."""
     return dlc if 0 <= dlc <= CAN_SDLC_MAX else CAN_SLEN_MAX
 
 
 def can_edlc_to_len(dlc: int) -> int:
-    """CAN_EDLC_TO_LEN: bytes of a CAN FD frame; 64 for every code out of range."""
+    """CAN_EDLC_TO_LEN: the number of bytes of a CAN FD frame; 64 for each code out of range."""
     return CAN_EDLC_XLT[dlc] if 0 <= dlc <= CAN_EDLC_MAX else CAN_ELEN_MAX
 
 
 def can_len_to_sdlc(length: int) -> int:
-    """CAN_LEN_TO_SDLC: data length code of a classic frame; 8 for every length out of range."""
+    """CAN_LEN_TO_SDLC: the data length code of a classic frame; 8 for each length out of range."""
     return length if 0 <= length <= CAN_SLEN_MAX else CAN_SDLC_MAX
 
 
 def can_len_to_edlc(length: int) -> int:
-    """CAN_LEN_TO_EDLC: the smallest CAN FD code with room for `length`; 15 out of range."""
+    """CAN_LEN_TO_EDLC: the smallest CAN FD code with room for `length` bytes; 15 for each length out of range."""
     return CAN_ELEN_XLT[length] if 0 <= length <= CAN_ELEN_MAX else CAN_EDLC_MAX

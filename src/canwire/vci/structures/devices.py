@@ -17,9 +17,9 @@ _SERIAL_NUMBER = b"HW"
 
 @structure("VCIID", also=(("AsLuid.LowPart", "low_part"), ("AsLuid.HighPart", "high_part")))
 class VciId(Structure):
-    """An identifier that is unique while the system runs, as one number or as a LUID's two parts.
+    """An identifier that is unique while the system runs, as one number or as the two parts of a LUID.
 
-    `as_int64` -2**63 to 2**63 - 1, `low_part` 0 to 2**32 - 1, `high_part` -2**31 to 2**31 - 1.
+    `as_int64` is -2**63 to 2**63 - 1, `low_part` 0 to 2**32 - 1, `high_part` -2**31 to 2**31 - 1.
     Source: manual 7.1.1.
     """
 
@@ -44,7 +44,7 @@ class VciId(Structure):
 
 def _ranged(part: str, value: int, low: int, high: int) -> int:
     if not isinstance(value, int) or not low <= value <= high:
-        raise VciError(VCI_E_INVALIDARG, f"VCIID.AsLuid.{part} is a whole number from {low} to {high}")
+        raise VciError(VCI_E_INVALIDARG, f"VCIID.AsLuid.{part} must be a whole number from {low} to {high}")
     return value
 
 
@@ -66,8 +66,8 @@ class VciVersionInfo(Structure):
 class VciDeviceInfo(Structure):
     """A device: identifier, class, versions, serial number, names.
 
-    `vci_object_id` is good while the system runs, `unique_hardware_id` (16 bytes) for ever. Texts are
-    Latin-1, `description` up to 127 characters, `manufacturer` up to 125.
+    `vci_object_id` is valid while the system runs; `unique_hardware_id` (16 bytes) never changes. Texts are Latin-1:
+    `description` has up to 127 characters, `manufacturer` up to 125.
     Source: manual 7.1.3.
     """
 
@@ -97,13 +97,15 @@ class VciDeviceInfo(Structure):
     def hardware_id(self, value: str | UUID) -> None:
         raw = value.bytes_le if isinstance(value, UUID) else value.encode("latin-1", "replace")
         if not isinstance(value, UUID) and not (raw.startswith(_SERIAL_NUMBER) and len(raw) <= 16):
-            raise VciError(VCI_E_INVALIDARG, "a serial number starts with HW and has at most 16 characters")
+            raise VciError(
+                VCI_E_INVALIDARG, "a serial number must start with HW and have at most 16 characters"
+            )
         self.unique_hardware_id = raw.ljust(16, b"\0")
 
 
 @structure("VCIDEVICECAPS")
 class VciDeviceCaps(Structure):
-    """The controllers of a device: how many of the 32 entries count, and each one's type.
+    """The controllers of a device: the number of valid entries among the 32, and the type of each.
 
     A type is a word of controller_types.py. Source: manual 7.1.4.
     """
@@ -114,7 +116,7 @@ class VciDeviceCaps(Structure):
 
 @structure("BALFEATURES")
 class BalFeatures(Structure):
-    """Version of the firmware, and the sockets: how many of the 32 entries count, and each one's type.
+    """Version of the firmware, and the sockets: the number of valid entries among the 32, and the type of each.
 
     A type is a word of controller_types.py. Source: manual 7.2.1.
     """

@@ -1,11 +1,11 @@
 """Result codes, their text, and the exceptions that carry them.
 
-32 bits: 31-30 severity (0 success, 1 information, 2 warning, 3 error), 29 customer, 27-16
-facility, 15-0 code. The manual names only those that single functions return; the numbers are
-those of vcierr.h, the texts are ours: the original's live in its library.
+A code has 32 bits: 31-30 severity (0 success, 1 information, 2 warning, 3 error), 29 customer, 27-16 facility,
+15-0 code. The manual names only codes that single functions return; the numbers are those of vcierr.h. The texts are
+canwire's, since those of the original are in its library.
 Source: VCI V4 manual 6.1.2; reference/vci.md section 1.
 
-VciError, one subclass for each code that programs meet often:
+VciError has a subclass for each frequent code:
 VciAccessDenied VciBufferOverflow VciBusy VciDeviceNotConnected VciDisconnected VciFail
 VciInvalidArgument VciInvalidIndex VciInvalidState VciNoInterface VciNoMoreItems VciNoSuchDevice
 VciNotImplemented VciNotInitialized VciNotSupported VciRxQueueEmpty VciTimeout VciTxQueueFull
@@ -73,45 +73,45 @@ _NAMES = {value: name for name, value in list(globals().items()) if name.startsw
 _MEANINGS = {
     VCI_OK: "success",
     VCI_E_UNEXPECTED: "an unexpected failure",
-    VCI_E_NOT_IMPLEMENTED: "the function does not exist here",
+    VCI_E_NOT_IMPLEMENTED: "the function is not implemented",
     VCI_E_OUTOFMEMORY: "no memory left",
     VCI_E_INVALIDARG: "an argument is wrong",
     VCI_E_NOINTERFACE: "the object does not have that interface",
     VCI_E_INVPOINTER: "a pointer is wrong",
     VCI_E_INVHANDLE: "a handle is wrong",
     VCI_E_ABORT: "the operation was aborted",
-    VCI_E_FAIL: "it failed, for no reason that has a code",
-    VCI_E_ACCESSDENIED: "somebody else uses it, or the right to use it is missing",
-    VCI_E_TIMEOUT: "the wait ran out",
+    VCI_E_FAIL: "the call failed for a reason without a code",
+    VCI_E_ACCESSDENIED: "another program or object uses it, or the access is not allowed",
+    VCI_E_TIMEOUT: "the time ran out",
     VCI_E_BUSY: "the resource is busy",
-    VCI_E_PENDING: "the result is not there yet",
-    VCI_E_NO_DATA: "there is nothing to give",
-    VCI_E_NO_MORE_ITEMS: "the enumeration has come to its end",
-    VCI_E_NOT_INITIALIZED: "it is not initialised",
-    VCI_E_ALREADY_INITIALIZED: "it is initialised already",
+    VCI_E_PENDING: "the result is not available yet",
+    VCI_E_NO_DATA: "no data are available",
+    VCI_E_NO_MORE_ITEMS: "the enumeration is at its end",
+    VCI_E_NOT_INITIALIZED: "the object is not initialised",
+    VCI_E_ALREADY_INITIALIZED: "the object is initialised already",
     VCI_E_RXQUEUE_EMPTY: "the receive queue is empty",
     VCI_E_TXQUEUE_FULL: "the transmit queue is full",
     VCI_E_BUFFER_OVERFLOW: "the data do not fit into the buffer",
-    VCI_E_INVALID_STATE: "the object is in the wrong state for that",
+    VCI_E_INVALID_STATE: "the object is in the wrong state for the call",
     VCI_E_OBJECT_ALREADY_EXISTS: "the object exists already",
-    VCI_E_INVALID_INDEX: "there is nothing at that index",
+    VCI_E_INVALID_INDEX: "the index is invalid",
     VCI_E_END_OF_FILE: "the end of the data is reached",
-    VCI_E_DISCONNECTED: "nobody is at the other end",
+    VCI_E_DISCONNECTED: "the connection is lost",
     VCI_E_INVALID_FIRMWARE: "the firmware cannot be used, or is too old",
     VCI_E_INVALID_LICENSE: "the licence is not valid",
-    VCI_E_NO_SUCH_LICENSE: "there is no such licence",
+    VCI_E_NO_SUCH_LICENSE: "no such licence exists",
     VCI_E_LICENSE_EXPIRED: "the licence has expired",
     VCI_E_LICENSE_QUOTA_EXCEEDED: "the limit of the licence is reached",
     VCI_E_INVALID_TIMING: "the bit timing is wrong",
     VCI_E_IN_USE: "the resource is taken",
-    VCI_E_NO_SUCH_DEVICE: "there is no such device",
+    VCI_E_NO_SUCH_DEVICE: "no such device exists",
     VCI_E_DEVICE_NOT_CONNECTED: "the device is not plugged in",
     VCI_E_DEVICE_NOT_READY: "the device is not ready",
     VCI_E_TYPE_MISMATCH: "the type is wrong",
     VCI_E_NOT_SUPPORTED: "the device does not support it",
     VCI_E_DUPLICATE_OBJECTID: "the object identifier is used twice",
-    VCI_E_OBJECTID_NOT_FOUND: "nothing has that object identifier",
-    VCI_E_WRONG_LEVEL: "it cannot be called from this execution level",
+    VCI_E_OBJECTID_NOT_FOUND: "no object has that identifier",
+    VCI_E_WRONG_LEVEL: "the call is not possible at this execution level",
     VCI_E_WRONG_DRV_VERSION: "the version of the driver is wrong",
     VCI_E_LUIDS_EXHAUSTED: "no identifiers are left",
 }
@@ -120,11 +120,10 @@ _by_code: dict[int, type[VciError]] = {}
 
 
 class VciError(CanwireError):
-    """A call that did not give VCI_OK; `what` says to whom and why.
+    """A call that did not return VCI_OK; `what` names the object and the cause.
 
-    Constructing VciError gives the subclass of the code, so that `except VciTimeout` works
-    whoever raised it. `code` takes the header's value or the negative HRESULT.
-    Raises VciInvalidArgument if it is no 32-bit number.
+    VciError(code) makes an instance of the subclass for that code, so that `except VciTimeout` always works. `code` is
+    the header's value or the negative HRESULT. Raises VciInvalidArgument if it is no 32-bit number.
     """
 
     def __init_subclass__(cls, code: int | None = None) -> None:
@@ -148,12 +147,12 @@ class VciError(CanwireError):
 
     @classmethod
     def of(cls, code: int, what: str = "") -> VciError:
-        """The exception for a code, of the subclass that belongs to it."""
+        """The exception for a code, an instance of the code's subclass."""
         return VciError(code, what)
 
 
 class VciNotImplemented(VciError, code=VCI_E_NOT_IMPLEMENTED):
-    """VCI_E_NOT_IMPLEMENTED: the function does not exist here."""
+    """VCI_E_NOT_IMPLEMENTED: the function is not implemented."""
 
 
 class VciInvalidArgument(VciError, code=VCI_E_INVALIDARG):
@@ -165,15 +164,15 @@ class VciNoInterface(VciError, code=VCI_E_NOINTERFACE):
 
 
 class VciFail(VciError, code=VCI_E_FAIL):
-    """VCI_E_FAIL: it failed, for no reason that has a code."""
+    """VCI_E_FAIL: the call failed for a reason without a code."""
 
 
 class VciAccessDenied(VciError, code=VCI_E_ACCESSDENIED):
-    """VCI_E_ACCESSDENIED: somebody else uses it."""
+    """VCI_E_ACCESSDENIED: another program or object uses it."""
 
 
 class VciTimeout(VciError, code=VCI_E_TIMEOUT):
-    """VCI_E_TIMEOUT: the wait ran out."""
+    """VCI_E_TIMEOUT: the time ran out."""
 
 
 class VciBusy(VciError, code=VCI_E_BUSY):
@@ -181,11 +180,11 @@ class VciBusy(VciError, code=VCI_E_BUSY):
 
 
 class VciNoMoreItems(VciError, code=VCI_E_NO_MORE_ITEMS):
-    """VCI_E_NO_MORE_ITEMS: the enumeration has come to its end."""
+    """VCI_E_NO_MORE_ITEMS: the enumeration is at its end."""
 
 
 class VciNotInitialized(VciError, code=VCI_E_NOT_INITIALIZED):
-    """VCI_E_NOT_INITIALIZED: it is not initialised."""
+    """VCI_E_NOT_INITIALIZED: the object is not initialised."""
 
 
 class VciRxQueueEmpty(VciError, code=VCI_E_RXQUEUE_EMPTY):
@@ -201,19 +200,19 @@ class VciBufferOverflow(VciError, code=VCI_E_BUFFER_OVERFLOW):
 
 
 class VciInvalidState(VciError, code=VCI_E_INVALID_STATE):
-    """VCI_E_INVALID_STATE: the object is in the wrong state for that."""
+    """VCI_E_INVALID_STATE: the object is in the wrong state for the call."""
 
 
 class VciInvalidIndex(VciError, code=VCI_E_INVALID_INDEX):
-    """VCI_E_INVALID_INDEX: there is nothing at that index."""
+    """VCI_E_INVALID_INDEX: the index is invalid."""
 
 
 class VciDisconnected(VciError, code=VCI_E_DISCONNECTED):
-    """VCI_E_DISCONNECTED: nobody is at the other end."""
+    """VCI_E_DISCONNECTED: the connection is lost."""
 
 
 class VciNoSuchDevice(VciError, code=VCI_E_NO_SUCH_DEVICE):
-    """VCI_E_NO_SUCH_DEVICE: there is no such device."""
+    """VCI_E_NO_SUCH_DEVICE: no such device exists."""
 
 
 class VciDeviceNotConnected(VciError, code=VCI_E_DEVICE_NOT_CONNECTED):
@@ -227,12 +226,12 @@ class VciNotSupported(VciError, code=VCI_E_NOT_SUPPORTED):
 def format_error(code: int) -> str:
     """VciFormatError: name, number and meaning of a result code, at most 255 characters.
 
-    Takes the header's value or the negative HRESULT; codes that nobody knows are taken apart.
-    Raises VciInvalidArgument if it is no 32-bit number.
+    `code` is the header's value or the negative HRESULT; for an unknown code the text contains its severity, facility
+    and number. Raises VciInvalidArgument if it is no 32-bit number.
     Source: VCI V4 manual 6.1.2.
 
     >>> format_error(-536805365)
-    'VCI_E_TIMEOUT (0xE001000B): the wait ran out'
+    'VCI_E_TIMEOUT (0xE001000B): the time ran out'
     """
     number = _unsigned(code)
     if number in _NAMES:
@@ -247,5 +246,5 @@ def _unsigned(code: object) -> int:
     except TypeError:
         number = 1 << 32
     if not -(1 << 31) <= number < 1 << 32:
-        raise VciError(VCI_E_INVALIDARG, "a result code is a 32-bit number")
+        raise VciError(VCI_E_INVALIDARG, "a result code must be a 32-bit number")
     return number & 0xFFFF_FFFF

@@ -1,4 +1,4 @@
-"""Message information words, CANMSGINFO and LINMSGINFO: 32 bits with names, and the member that holds them."""
+"""Message information words, CANMSGINFO and LINMSGINFO: 32 bits with named fields, and their member in a message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from canwire.vci.structures.structure import Structure
 
 
 class InfoWord(Structure):
-    """A 32-bit `value` with bit fields, of which `BITS` are keyword arguments and `IN_HEX` are printed so."""
+    """A 32-bit `value` with bit fields: those in `BITS` are keyword arguments, those in `IN_HEX` are printed in hex."""
 
     __slots__ = ("value",)
     BITS: ClassVar[tuple[str, ...]]
@@ -32,7 +32,7 @@ class InfoWord(Structure):
 
 
 class BitField:
-    """Some bits of an information word. Setting them to more than they hold raises VciInvalidArgument."""
+    """A bit field of an information word. Assigning a number that does not fit raises VciInvalidArgument."""
 
     __slots__ = ("highest", "name", "shift", "structure")
 
@@ -57,7 +57,7 @@ class BitField:
         except TypeError:
             number = -1
         if not 0 <= number <= self.highest:
-            raise VciError(VCI_E_INVALIDARG, f"{self.structure}'s {self.name} is from 0 to {self.highest}")
+            raise VciError(VCI_E_INVALIDARG, f"{self.structure}'s {self.name} must be 0 to {self.highest}")
         info.value = info.value & ~(self.highest << self.shift) | number << self.shift
 
 
@@ -70,6 +70,6 @@ def shown_bits(info: InfoWord) -> list[str]:
 
 
 def info_member(of: type[InfoWord]) -> Any:
-    """uMsgInfo of a message."""
+    """The member uMsgInfo of a message."""
     kind = Kind("I", f"a {of.__name__} of 32 bits", encode=operator.attrgetter("value"), decode=of)
     return member("uMsgInfo", kind, of)

@@ -1,4 +1,4 @@
-"""How members of C structures lie in memory, and what they are in Python.
+"""The members of C structures: their memory layout, and their values in Python.
 
 Each function declares one member by its C name; structure.py collects them.
 Source: VCI V4 headers (stdtype.h: fixed-width words, BOOL8 and BOOL32); reference/vci.md section 5.
@@ -20,7 +20,7 @@ from canwire.packed.layout import Kind
 class Member:
     """A member's C name and its kind.
 
-    `complete` is what a constructor does to a value, `show` how it is printed.
+    A constructor applies `complete` to a value; `show` returns the text of a value.
     """
 
     c_name: str
@@ -79,17 +79,17 @@ def i64(c_name: str) -> Any:
 
 
 def bool8(c_name: str) -> Any:
-    """BOOL8: everything but 0 is True."""
+    """BOOL8: each number except 0 is True."""
     return member(c_name, Kind("b", "True or False", decode=bool), bool)
 
 
 def bool32(c_name: str) -> Any:
-    """BOOL32: everything but 0 is True."""
+    """BOOL32: each number except 0 is True."""
     return member(c_name, Kind("i", "True or False", decode=bool), bool)
 
 
 def octets(c_name: str, size: int) -> Any:
-    """UINT8[size], as bytes; fewer are filled up with zeros."""
+    """UINT8[size], as bytes; a shorter value is padded with zeros."""
 
     def complete(value: object) -> object:
         fits = isinstance(value, bytes | bytearray | memoryview)
@@ -130,7 +130,7 @@ def guid(c_name: str) -> Any:
 
 
 def words(c_name: str, count: int) -> Any:
-    """UINT16[count], as a list; fewer are filled up with zeros."""
+    """UINT16[count], as a list; a shorter list is padded with zeros."""
 
     def complete(value: object) -> object:
         return [*value, *[0] * (count - len(value))] if isinstance(value, list | tuple) else value
@@ -150,7 +150,7 @@ def nested(c_name: str, of: Any) -> Any:
 
 
 def nested_array(c_name: str, of: Any, count: int) -> Any:
-    """An array of structures, as a list; fewer are filled up with empty ones."""
+    """An array of structures, as a list; a shorter list is padded with empty structures."""
     one, size = _inside(of), of.SIZE
 
     def filled(value: Sequence[Any]) -> list[Any]:

@@ -1,7 +1,7 @@
 """Packed C structures, each declared once.
 
-A structure is a class whose members say their C name and how they lie in memory; constructor,
-packing, comparison and text follow from that table.
+A structure is a class whose members declare their C name and memory layout; the constructor, packing, comparison and
+text follow from that declaration.
 
     @structure("CANINITLINE")
     class CanInitLine(Structure):
@@ -27,11 +27,11 @@ from canwire.vci.structures.members import Member
 
 
 class Structure:
-    """What all structures can. Members may be changed at any time; they are checked when packed.
+    """The base of all structures. Members may be changed at any time; they are checked when packed.
 
-    `NAME` is the C name, `SIZE` in bytes, `FIELDS` the pairs of C name and Python name, with the
-    names that the manual uses besides. A constructor takes the members by name, or in their order
-    as a C initialiser does; what is left out is 0.
+    `NAME` is the C name, `SIZE` is in bytes, `FIELDS` contains pairs of C name and Python name, including further names
+    in the manual. A constructor accepts the members by name, or in their order like a C initialiser; the default of
+    each is 0.
     """
 
     __slots__ = ()
@@ -47,9 +47,9 @@ class Structure:
                 setattr(self, member.name, member.complete(getattr(self, member.name)))
 
     def to_bytes(self) -> bytes:
-        """The structure as C has it in memory, `SIZE` bytes.
+        """The structure as it is in C's memory, `SIZE` bytes.
 
-        Raises VciInvalidArgument naming the first member that does not fit.
+        Raises VciInvalidArgument, which names the first member that does not fit.
         """
         try:
             return self._layout.pack(self)
@@ -67,14 +67,14 @@ class Structure:
 
     @classmethod
     def _unpack(cls, data: bytes | bytearray | memoryview) -> tuple[Any, ...]:
-        """The items as they lie in memory."""
+        """The items in memory, before they are decoded."""
         try:
             return cls._layout.struct.unpack(data)
         except (struct.error, TypeError):
             raise VciError(VCI_E_INVALIDARG, f"{cls.NAME} takes {cls.SIZE} bytes") from None
 
     def copy(self) -> Self:
-        """A copy with nested structures and arrays of its own."""
+        """A deep copy: nested structures and arrays are copied, too."""
         return copy.deepcopy(self)
 
     def __eq__(self, other: object) -> bool:
@@ -83,7 +83,7 @@ class Structure:
         return all(getattr(self, one.name) == getattr(other, one.name) for one in self._members)
 
     def __repr__(self) -> str:
-        """An expression; members that are 0 are left out."""
+        """A Python expression; members that are 0 are omitted."""
         shown = [
             f"{member.name}={member.show(value)}"
             for member in self._members
@@ -104,7 +104,7 @@ S = TypeVar("S", bound=Structure)
 def structure(
     c_name: str, *, init: bool = True, also: tuple[tuple[str, str], ...] = ()
 ) -> Callable[[type[S]], type[S]]:
-    """Make a structure of a class with members; `also` are further C names and what they are here."""
+    """Make a structure from a class with members; `also` contains further C names with their Python names."""
 
     def declare(cls: type[S]) -> type[S]:
         made: Any = dataclasses.dataclass(init=init, eq=False, repr=False, slots=True)(cls)

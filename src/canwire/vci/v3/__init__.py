@@ -4,8 +4,9 @@
         with device.open_bus_access_layer() as bal:
             channel = bal.open_socket(0, CanChannel)
 
-Names follow PEP 8: GetDeviceList is `get_device_list`, CanBitrate.Cia125KBit `CanBitrate.CIA_125_KBIT`. Methods with
-an `out` parameter return it. Classes leave out the I of their interface, and have it as a second name.
+Names follow PEP 8: GetDeviceList is `get_device_list`, CanBitrate.Cia125KBit is `CanBitrate.CIA_125_KBIT`. A method
+with an `out` parameter returns it. The name of a class is that of its interface without the I; the name with the I
+exists, too.
 """
 
 from canwire.vci.structures.errors import VciError

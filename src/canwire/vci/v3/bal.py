@@ -19,7 +19,7 @@ Socket = TypeVar("Socket", bound=BusSocket)
 
 
 class BalObject(Disposable):
-    """IBalObject. Any number of programs may open it; what was opened from it outlives it."""
+    """IBalObject. Any number of programs may open it; interfaces opened from it stay open after its `dispose`."""
 
     def __init__(self, access_layer: bal.BalObject) -> None:
         """For IVciDevice.OpenBusAccessLayer."""
@@ -44,10 +44,10 @@ class BalObject(Disposable):
     def open_socket(self, bus_port: int, socket_type: type[Socket]) -> Socket:
         """OpenSocket: an interface of connector `bus_port`, 0 to Resources.Count - 1.
 
-        `socket_type` CanSocket, CanChannel, CanControl or CanScheduler of a CAN connector, LinSocket, LinMonitor or
-        LinControl of a LIN connector. Raises ArgumentOutOfRangeException, VciException for a control unit or cyclic
-        list that somebody has and beside an exclusive channel or monitor, NotImplementedException for an interface
-        that the connector does not have.
+        `socket_type` is CanSocket, CanChannel, CanControl or CanScheduler for a CAN connector, LinSocket, LinMonitor or
+        LinControl for a LIN connector. Raises ArgumentOutOfRangeException; VciException for a control unit or cyclic
+        list that a program has, and while an exclusive channel or monitor is open; NotImplementedException for an
+        interface that the connector does not have.
         """
         place = self.resources[bus_port]
         if not (isinstance(socket_type, type) and issubclass(socket_type, BusSocket)):

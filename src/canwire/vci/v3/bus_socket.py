@@ -1,4 +1,4 @@
-"""What every interface of a connector has in common, and what control units, channels and monitors do.
+"""The common part of all interfaces of a connector, and of control units, channels and monitors.
 
 Source: VCI V3 .NET manual 4.1, 4.2.3 and 4.3.3; reference/vci.md section 7a.
 """
@@ -21,14 +21,14 @@ Queue = TypeVar("Queue", bound=QueueObject[Any])
 
 
 class Capabilities(Protocol):
-    """What CANCAPABILITIES and LINCAPABILITIES have in common."""
+    """The common part of CANCAPABILITIES and LINCAPABILITIES."""
 
     clock_freq: int
     tsc_divisor: int
 
 
 class BusSocket(BalResource):
-    """A connector that was opened: V4's socket of it, and what a kind needs besides."""
+    """An open connector: V4's socket, and other objects of V4 that a subclass needs."""
 
     _iid: ClassVar[UUID]
 
@@ -46,19 +46,19 @@ class BusSocket(BalResource):
             raise
 
     def _open_more(self) -> None:
-        """What else a kind of socket needs."""
+        """Open other objects of V4 that a subclass needs."""
 
     def _open(self, iid: UUID) -> Any:
         return self._hold(self._bal.open_socket(self.bus_port, iid))
 
     def _capabilities(self) -> Capabilities:
-        """V4's, which each kind of bus has of its own."""
+        """V4's capabilities structure, which is different for CAN and LIN."""
         raise NotImplementedError
 
     @property
     @net_call
     def clock_frequency(self) -> int:
-        """ClockFrequency in Hz, of the time stamps, and of the other timers of a CAN line."""
+        """ClockFrequency in Hz: the clock of the time stamps, and of all timers of a CAN line."""
         return self._capabilities().clock_freq
 
     @property
@@ -79,20 +79,20 @@ class ControlSocket(BusSocket):
 
     @net_call
     def start_line(self) -> None:
-        """StartLine: take part in the bus. Raises VciException on a line that is undefined."""
+        """StartLine: take part in the bus. Raises VciException if the line is not initialised."""
         self._control.start_line()
 
     @net_call
     def stop_line(self) -> None:
-        """StopLine: leave the bus once the message being sent is through; filters, response table and FIFOs stay."""
+        """StopLine: leave the bus after the message that is being sent; filters, response table and FIFOs stay."""
         self._control.stop_line()
 
     @net_call
     def reset_line(self) -> None:
-        """ResetLine: leave the bus at once, breaking a message being sent; FIFOs stay.
+        """ResetLine: leave the bus immediately, also in the middle of a message; FIFOs stay.
 
-        All filters of a CAN line are dropped, the response table of a LIN line is empty. The line is offline then
-        with the settings it had, for `start_line`; V4's is not initialised then.
+        All filters of a CAN line are removed, the response table of a LIN line is emptied. Afterwards the line is
+        offline with its previous settings, ready for `start_line`; in V4 it is not initialised.
         """
         settings = self._settings()
         self._control.reset_line()
@@ -100,18 +100,18 @@ class ControlSocket(BusSocket):
             self._control.init_line(settings)
 
     def _settings(self) -> Any:
-        """What InitLine of V4 has to be called with for the line to be as it is now; None: it cannot."""
+        """The argument of V4's InitLine that gives the line its present settings; None if there is none."""
         raise NotImplementedError
 
 
 class QueueSocket(BusSocket, Generic[Queue]):
-    """A channel or monitor: V4's `_queue`, which is made anew where Initialize asks for another exclusiveness."""
+    """A channel or monitor: V4's `_queue`, which is replaced if Initialize changes whether it is exclusive."""
 
-    _may_come_late: ClassVar[bool] = False  # opened beside an exclusive one, it has no queue until Initialize
+    _may_come_late: ClassVar[bool] = False  # while an exclusive one is open, it opens without a queue
 
     def _open_more(self) -> None:
         self._queue: Queue
-        self._exclusive: bool | None = None  # what it is while there is no queue at all
+        self._exclusive: bool | None = None  # None while it has no queue
         self._initialized = False
         try:
             self._create(False)
@@ -120,17 +120,17 @@ class QueueSocket(BusSocket, Generic[Queue]):
                 raise
 
     def _make(self, exclusive: bool) -> Queue:
-        """V4's queue, from V4's socket."""
+        """A queue of V4, made by V4's socket."""
         raise NotImplementedError
 
     @net_call
     def activate(self) -> None:
-        """Activate: from now on messages move between FIFOs and line, as far as that is started."""
+        """Activate: messages move between the FIFOs and the line from now on, while the line is started."""
         self._initialized_queue().activate()
 
     @net_call
     def deactivate(self) -> None:
-        """Deactivate: no more; what is in the FIFOs stays."""
+        """Deactivate: messages move no longer; the FIFOs keep theirs."""
         self._initialized_queue().deactivate()
 
     def _be_exclusive(self, exclusive: bool) -> None:
@@ -145,7 +145,7 @@ class QueueSocket(BusSocket, Generic[Queue]):
         return self._queue
 
     def _reopen(self, exclusive: bool) -> None:
-        """Another queue in place of this one, for V4 decides at its making; without success one as before."""
+        """Replace the queue, since V4 fixes `exclusive` when it makes one; if that fails, restore the old kind."""
         before, self._exclusive = self._exclusive, None
         self._initialized = False
         if before is not None:

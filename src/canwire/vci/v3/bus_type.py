@@ -16,7 +16,7 @@ class VciBusType(IntEnum):
     UNKNOWN = t.VCI_BUS_RES
     CAN = t.VCI_BUS_CAN
     LIN = t.VCI_BUS_LIN
-    FLEX_RAY = 3  # V4 has these two the other way round
+    FLEX_RAY = 3  # V4 has the numbers of these two exchanged
     K_LINE = 4
 
     @classmethod

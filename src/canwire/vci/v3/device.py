@@ -16,7 +16,7 @@ from canwire.vci.v3.disposable import Disposable, net_call
 
 
 class VciDevice(Disposable):
-    """IVciDevice: a board as it was when it was found; `equipment` and opening it need it plugged in."""
+    """IVciDevice: the properties of a board when it was found; `equipment` and opening need the board plugged in."""
 
     def __init__(self, found: device.VciDevice, info: VciDeviceInfo) -> None:
         """For IVciDeviceList."""
@@ -28,7 +28,7 @@ class VciDevice(Disposable):
     @property
     @net_call
     def vci_object_id(self) -> int:
-        """VciObjectId: new whenever the board is plugged in."""
+        """VciObjectId: a new number each time the board is plugged in."""
         return self._info.vci_object_id.as_int64
 
     @property
@@ -40,13 +40,13 @@ class VciDevice(Disposable):
     @property
     @net_call
     def unique_hardware_id(self) -> str | UUID:
-        """UniqueHardwareId: the board's for ever, as text if it starts with HW ("HW123456"), else a GUID."""
+        """UniqueHardwareId: it never changes; text if it starts with HW ("HW123456"), else a GUID."""
         return self._info.hardware_id
 
     @property
     @net_call
     def description(self) -> str:
-        """Description: name of the board."""
+        """Description: the name of the board."""
         return self._info.description
 
     @property
@@ -92,7 +92,7 @@ class VciDevice(Disposable):
         return BalObject(self._device.open_component(CLSID_VCIBAL, IID_IBalObject))
 
     def __eq__(self, other: object) -> bool:
-        """Two objects of the same plugged-in board are equal, as VciObjectId says."""
+        """Two objects with the same VciObjectId are equal."""
         return (
             self._info.vci_object_id == other._info.vci_object_id
             if isinstance(other, VciDevice)

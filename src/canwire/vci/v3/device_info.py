@@ -1,4 +1,4 @@
-"""What IVciDevice tells of a board: versions and connectors.
+"""The versions and connectors in IVciDevice.
 
 Source: VCI V3 .NET manual 2.2; reference/vci.md section 7a.
 """
@@ -13,9 +13,9 @@ from canwire.vci.v3.can.enums import CanCtrlType
 
 
 class Version(NamedTuple):
-    """.NET's System.Version; -1 for what is not given. Versions compare as they should.
+    """.NET's System.Version; numbers that are not given are -1. Versions are compared number by number.
 
-    A driver's third and fourth numbers are release and build, a board's branch and build.
+    The third and fourth numbers are release and build for a driver, branch and build for a board.
     """
 
     major: int
@@ -28,13 +28,13 @@ class Version(NamedTuple):
 
 
 class VciCtrlInfo(NamedTuple):
-    """One connector: its kind of bus, and a CanCtrlType on a CAN bus, the plain number elsewhere."""
+    """One connector: its kind of bus, and its controller, a CanCtrlType for CAN, else a number."""
 
     bus_type: VciBusType
     controller_type: CanCtrlType | int
 
     @classmethod
     def of(cls, word: int) -> VciCtrlInfo:
-        """From a word of controller_types.py."""
+        """The connector for a word of controller_types.py."""
         bus_type, number = VciBusType(vci_bus_type(word)), vci_ctl_type(word)
         return cls(bus_type, CanCtrlType(number) if bus_type is VciBusType.CAN else number)

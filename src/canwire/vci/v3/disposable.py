@@ -1,4 +1,4 @@
-"""IDisposable: objects that hold something until `dispose`.
+"""IDisposable: objects that hold other objects until `dispose`.
 
 Source: VCI V3 .NET manual 2.3 and 3.1.
 """
@@ -24,7 +24,7 @@ Held = TypeVar("Held", bound=Unknown)
 
 
 def net_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenate[Object, P], R]:
-    """A method of an interface: refused once the object is disposed, and its errors come out as those of V3."""
+    """Makes a method of an interface raise V3's exceptions: for each error, and if the object was disposed."""
 
     @wraps(method)
     def call(self: Object, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -40,10 +40,10 @@ def net_call(method: Callable[Concatenate[Object, P], R]) -> Callable[Concatenat
 
 
 class Disposable:
-    """Holds objects of V4 and releases them in `dispose`, which a `with` block calls.
+    """Holds objects of V4 and releases them in `dispose`, which the end of a `with` block calls.
 
-    Disposing twice is fine; every other call after that raises ObjectDisposedException. Once the board is pulled
-    out, calls raise VciException with VCI_E_DEVICE_NOT_CONNECTED, once the hub is gone with VCI_E_DISCONNECTED.
+    A second `dispose` does nothing; each other call after `dispose` raises ObjectDisposedException. Calls raise
+    VciException with VCI_E_DEVICE_NOT_CONNECTED once the board is removed, or VCI_E_DISCONNECTED once the hub is gone.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Disposable:
         self._disposed = False
 
     def dispose(self) -> None:
-        """Dispose: give back what the object holds."""
+        """Dispose: release what the object holds."""
         self._disposed = True
         while self._held:
             self._held.pop().release()
@@ -65,12 +65,12 @@ class Disposable:
         self.dispose()
 
     def _hold(self, held: Held) -> Held:
-        """Take over one reference."""
+        """Keep one reference until `dispose`."""
         self._held.append(held)
         return held
 
     def _drop(self, held: Unknown) -> None:
-        """Release something before the rest."""
+        """Release one object before `dispose`."""
         if held in self._held:
             self._held.remove(held)
             held.release()

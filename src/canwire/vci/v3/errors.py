@@ -1,4 +1,4 @@
-"""The exceptions of the .NET interface, and how canwire's and V4's come out as these.
+"""The exceptions of the .NET interface, and their translation from canwire's and V4's errors.
 
 CanwireError
   vci.VciError                            `code` is the header's number, `str` its text
@@ -6,11 +6,11 @@ CanwireError
       ArgumentException (ValueError)      an argument is wrong
         ArgumentOutOfRangeException (IndexError)
     NotImplementedException (NotImplementedError)
-    InvalidOperationException             .NET's own: an enumerator that stands at no element
+    InvalidOperationException             defined by .NET: an enumerator that is at no element
       ObjectDisposedException
 
-The last three stand beside VciException, as they do in .NET: programs tell "somebody else has the cyclic list" from
-"this board has none" by them (manual 4.2.5). `vci.VciError` catches all of them, in V3 and V4.
+As in .NET, the last three are not derived from VciException: they allow programs to distinguish "another program has
+the cyclic list" from "this board has no cyclic list" (manual 4.2.5). `vci.VciError` catches all of them, in V3 and V4.
 Source: VCI V3 .NET manual 4.1 and 4.2.5; reference/vci.md section 7a.
 """
 
@@ -32,7 +32,7 @@ from canwire.vci.translation import as_vci_error
 
 
 class VciException(VciError):
-    """VCI refused; `code` says why."""
+    """VCI refused the call; `code` is the cause."""
 
 
 class ArgumentException(VciException, ValueError):
@@ -44,15 +44,15 @@ class ArgumentOutOfRangeException(ArgumentException, IndexError):
 
 
 class NotImplementedException(VciError, NotImplementedError):
-    """There is no such thing here: a board without a cyclic list, a connector without that interface."""
+    """The object does not exist: a board has no cyclic list, or a connector does not have the interface."""
 
 
 class InvalidOperationException(VciError):
-    """The object is in no state for that: an enumerator before its first element, or behind the last one."""
+    """The object is in the wrong state: an enumerator is before its first element, or after the last one."""
 
 
 class ObjectDisposedException(InvalidOperationException):
-    """The object was disposed, lost what it belongs to, or is a channel that was not initialised yet."""
+    """The object was disposed, or what it belongs to no longer exists, or the channel is not initialised yet."""
 
 
 _KINDS: dict[int, type[VciError]] = {
@@ -66,7 +66,7 @@ OURS = (VciException, NotImplementedException, InvalidOperationException)
 
 
 def as_exception(error: CanwireError) -> VciError:
-    """The exception of V3 that says the same; one of V3 is returned as it is."""
+    """The exception of V3 for an error, with the same text; an exception of V3 is returned as it is."""
     known = as_vci_error(error)
     if isinstance(known, OURS):
         return known
@@ -75,7 +75,7 @@ def as_exception(error: CanwireError) -> VciError:
 
 @contextlib.contextmanager
 def exceptions() -> Iterator[None]:
-    """Inside, errors of canwire and V4 come out as those of V3."""
+    """A context that raises errors of canwire and V4 as exceptions of V3."""
     try:
         yield
     except OURS:

@@ -1,6 +1,6 @@
-"""AutoResetEvent and ManualResetEvent: canwire's events under the names of .NET.
+"""AutoResetEvent and ManualResetEvent: canwire's events with the names of .NET.
 
-Wherever V3 takes an event, it takes a plain `canwire.Event` as well.
+Each call of V3 that needs an event also accepts a plain `canwire.Event`.
 Source: VCI V3 .NET manual 2.2 and 3.1.
 """
 
@@ -14,7 +14,7 @@ FOREVER = -1
 
 
 class WaitHandle(Event):
-    """What both kinds share."""
+    """The common part of both kinds."""
 
     def __init__(self, initial_state: bool = False, *, manual_reset: bool = False) -> None:
         super().__init__(manual_reset=manual_reset)
@@ -22,17 +22,17 @@ class WaitHandle(Event):
             self.set()
 
     def wait_one(self, timeout_ms: int = FOREVER, exit_context: bool = False) -> bool:
-        """WaitOne: wait for the signal, at most so many milliseconds; False when none came.
+        """WaitOne: wait for the signal, `timeout_ms` milliseconds at most; returns whether it came.
 
-        `exit_context` means nothing here, nor outside of .NET's own synchronization domains.
+        `exit_context` is ignored; in .NET it matters only in synchronization domains.
         """
         return self.wait(_seconds(timeout_ms))
 
     @staticmethod
     def wait_all(events: Sequence[Event], timeout_ms: int = FOREVER, exit_context: bool = False) -> bool:
-        """WaitAll: wait for the signals of all of them, at most so many milliseconds altogether.
+        """WaitAll: wait for the signals of all events, `timeout_ms` milliseconds at most in total.
 
-        When one does not come, signals taken of others before are given back. `exit_context` means nothing here.
+        If one does not come, the events whose signals were consumed are signalled again. `exit_context` is ignored.
         """
         taken: list[Event] = []
         starts_s = [event.clock_s() for event in events]
@@ -47,14 +47,14 @@ class WaitHandle(Event):
 
 
 class AutoResetEvent(WaitHandle):
-    """Whoever waits takes the signal."""
+    """An event whose signal is reset by the one wait that it ends."""
 
     def __init__(self, initial_state: bool = False) -> None:
         super().__init__(initial_state)
 
 
 class ManualResetEvent(WaitHandle):
-    """Stays signalled until `reset`."""
+    """An event that stays signalled until `reset`."""
 
     def __init__(self, initial_state: bool = False) -> None:
         super().__init__(initial_state, manual_reset=True)

@@ -1,4 +1,4 @@
-"""What CanMessage and LinMessage have in common.
+"""The common part of CanMessage and LinMessage.
 
 Source: VCI V3 .NET manual 4.2.3.2 and 4.3.3.1.
 """
@@ -17,7 +17,7 @@ Raw = TypeVar("Raw", CanMsg, CanMsg2, LinMsg)
 
 
 class Message(Generic[Raw]):
-    """V4's structure `raw`, whose bytes are `message[i]`: `ROOM` of them."""
+    """A message over V4's structure `raw`; `message[i]` is byte i of its `ROOM` bytes of data."""
 
     __slots__ = ("raw",)
     ROOM: ClassVar[int] = LONGEST
@@ -25,10 +25,10 @@ class Message(Generic[Raw]):
 
     @property
     def time_stamp(self) -> int:
-        """TimeStamp, 32 bits. Received: ticks of TimeStampCounterDivisor / ClockFrequency seconds.
+        """TimeStamp, 32 bits. In a received message: ticks of TimeStampCounterDivisor / ClockFrequency seconds.
 
-        To send on CAN: how many ticks of DelayedTXTimerDivisor / ClockFrequency seconds at least after the message
-        sent before, 0 for at once. To send on LIN: 0.
+        In a message to send on CAN: the least delay after the previous message, in ticks of DelayedTXTimerDivisor /
+        ClockFrequency seconds; 0 means no delay. In a message to send on LIN: 0.
         """
         return self.raw.time
 

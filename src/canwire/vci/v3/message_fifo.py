@@ -23,8 +23,9 @@ _EVERYTHING = 1 << 31  # more than any FIFO holds
 
 
 class MessageFifo(Disposable, Generic[Raw]):
-    """What a reader and a writer share. Disposed, its counts and its threshold are 0; calls raise
-    ObjectDisposedException.
+    """The common part of a reader and a writer.
+
+    After `dispose` its counts and its threshold are 0, and calls raise ObjectDisposedException.
     """
 
     def __init__(self, end: FifoEnd[Raw]) -> None:
@@ -34,14 +35,14 @@ class MessageFifo(Disposable, Generic[Raw]):
 
     @property
     def capacity(self) -> int:
-        """Capacity: how many messages there is room for, at least as many as Initialize was asked for."""
+        """Capacity: the number of messages that the FIFO can contain, at least the number given to Initialize."""
         return 0 if self._disposed else self._capacity()
 
     @property
     def threshold(self) -> int:
-        """Threshold: messages (reader) or free places (writer) at which the event is signalled, 1 to Capacity.
+        """Threshold: the number of messages (reader) or free places (writer) that signals the event, 1 to Capacity.
 
-        It is 1 at first; more than Capacity counts as Capacity, 0 as 1.
+        It is 1 at first; a number above Capacity means Capacity, 0 means 1.
         """
         return 0 if self._disposed else self._threshold()
 
@@ -52,10 +53,10 @@ class MessageFifo(Disposable, Generic[Raw]):
 
     @net_call
     def assign_event(self, event: Event | None) -> None:
-        """AssignEvent: signal this event when the threshold is met, in place of the one before; None: no event.
+        """AssignEvent: signal this event at the threshold; it replaces the previous event, None removes that.
 
-        A reader's is signalled when a message comes in and at least `threshold` wait then; a writer's when one
-        leaves and at least `threshold` places are free then.
+        A reader's event is signalled when a message arrives and at least `threshold` messages then wait; a writer's
+        event when a message leaves and at least `threshold` places are then free.
         """
         self._end.assign_event(event)
 
@@ -69,7 +70,7 @@ class MessageFifo(Disposable, Generic[Raw]):
 
 
 class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
-    """Takes received messages out of a receive FIFO."""
+    """Reads received messages from a receive FIFO."""
 
     def __init__(self, reader: FifoReader[Raw]) -> None:
         super().__init__(reader)
@@ -77,7 +78,7 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
 
     @property
     def fill_count(self) -> int:
-        """FillCount: messages that wait."""
+        """FillCount: the number of messages that wait."""
         return 0 if self._disposed else self._fill_count()
 
     @overload
@@ -85,7 +86,7 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
     @overload
     def read_message(self, out: Message) -> bool: ...
     def read_message(self, out: Message | None = None) -> Message | bool | None:
-        """ReadMessage: the oldest message, None if there is none; with `out` into that one, and whether it was."""
+        """ReadMessage: the oldest message, or None; with `out`, write it into `out` and return whether one waited."""
         raw = self._take()
         if out is None:
             return None if raw is None else self._received(raw)
@@ -98,9 +99,10 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
     @overload
     def read_messages(self, messages: list[Any]) -> int: ...
     def read_messages(self, messages: list[Any] | int = _EVERYTHING) -> list[Message] | int:
-        """ReadMessages: fill a list from its beginning and return how many came; or give up to so many as a list.
+        """ReadMessages: for a list, fill it from its start and return the number of messages read.
 
-        Without an argument, as today's .NET interface has it, it gives all that wait.
+        For a number, return a list of up to that many messages; without an argument, as in today's .NET interface, a
+        list of all messages that wait.
         """
         if isinstance(messages, int):
             return [
@@ -113,7 +115,7 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
         return count
 
     def _received(self, raw: Raw, out: Message | None = None) -> Message:
-        """V4's message as V3's, in `out` if there is one."""
+        """V3's message for V4's message, in `out` if that is given."""
         raise NotImplementedError
 
     @net_call
@@ -132,7 +134,7 @@ class MessageReader(MessageFifo[Raw], Generic[Raw, Message]):
         return list(self._blocks(limit))
 
     def _blocks(self, limit: int) -> Iterator[Raw]:
-        """What waits lies in two pieces where the FIFO's memory ends."""
+        """The messages in the FIFO, which are in two blocks if they reach over the end of its memory."""
         while limit:
             try:
                 block, waiting = self._reader.acquire_read()
@@ -149,7 +151,7 @@ class Lockable(MessageFifo[Raw], Generic[Raw]):
 
     @net_call
     def lock(self) -> None:
-        """Lock: keep other threads that call this out until `unlock`; it nests."""
+        """Lock: wait until no other thread holds the lock, which `unlock` releases. Calls nest."""
         self._end.lock()
 
     @net_call

@@ -14,9 +14,9 @@ from canwire.vci.v3.errors import checked
 
 
 class BalResource(Disposable):
-    """Number (from 0) of a connector, its kind of bus, and its name: "CAN-1", counted per kind from 1.
+    """A connector: its number from 0, its kind of bus, and its name, such as "CAN-1", numbered from 1 for each kind.
 
-    They can be read once it is disposed, too.
+    They can also be read after `dispose`.
     """
 
     def __init__(self, bus_port: int, bus_type: VciBusType, bus_name: str) -> None:
@@ -40,7 +40,7 @@ class BalResource(Disposable):
 
 
 class BalResourceCollection:
-    """The connectors of a board: `count` of them, by index and in turn."""
+    """The connectors of a board: a sequence with `count` items."""
 
     def __init__(self, resources: Sequence[BalResource]) -> None:
         self._resources = tuple(resources)

@@ -1,4 +1,4 @@
-"""VciServer, IVciDeviceManager and IVciDeviceList: where everything starts.
+"""VciServer, IVciDeviceManager and IVciDeviceList: a program begins with them.
 
 Source: VCI V3 .NET manual 2.1 and 2.2; reference/vci.md section 7a.
 """
@@ -20,35 +20,35 @@ if TYPE_CHECKING:
 
 
 class VciServer:
-    """VciServer: there is one.
+    """VciServer, of which each process has one.
 
-    Its boards are those of `vci.initialize`, of the usual hub if nobody called that.
+    Its boards are those of the hub given to `vci.initialize`, or of the default hub if that was not called.
     """
 
     _instance: ClassVar[VciServer | None] = None
 
     @classmethod
     def instance(cls) -> VciServer:
-        """Instance."""
+        """Instance: the server of this process."""
         if cls._instance is None:
             cls._instance = cls()
         return cls._instance
 
     @staticmethod
     def get_device_manager() -> VciDeviceManager:
-        """GetDeviceManager. Raises VciException with VCI_E_DISCONNECTED if there is no hub."""
+        """GetDeviceManager. Raises VciException with VCI_E_DISCONNECTED if no hub answers."""
         with exceptions():
             server.initialize()
             return VciDeviceManager(server.get_device_manager())
 
     @property
     def device_manager(self) -> VciDeviceManager:
-        """DeviceManager: the same."""
+        """DeviceManager: the same as `get_device_manager`."""
         return self.get_device_manager()
 
     @staticmethod
     def get_error_msg(code: int) -> str:
-        """GetErrorMsg: name, number and meaning of a result code; raises ArgumentException if it is no 32 bits."""
+        """GetErrorMsg: name, number and meaning of a result code; ArgumentException if it is no 32-bit number."""
         with exceptions():
             return format_error(code)
 
@@ -68,7 +68,7 @@ class VciDeviceManager(Disposable):
 
 
 class VciDeviceList(Disposable):
-    """IVciDeviceList: the boards that are plugged in; each `iter` goes through them by itself."""
+    """IVciDeviceList: the boards that are plugged in; each iteration is independent of others."""
 
     def __init__(self, manager: device.VciDeviceManager) -> None:
         """For IVciDeviceManager."""
@@ -79,12 +79,12 @@ class VciDeviceList(Disposable):
 
     @net_call
     def get_enumerator(self) -> VciDeviceEnumerator:
-        """GetEnumerator: one of its own for every call."""
+        """GetEnumerator: a new, independent enumerator for each call."""
         return VciDeviceEnumerator(self._manager)
 
     @net_call
     def assign_event(self, event: Event | None) -> None:
-        """AssignEvent: signal this event at every change of the list, in place of one before; None: no event."""
+        """AssignEvent: signal this event at each change of the list; it replaces the last one, None removes it."""
         self._changes.assign_event(event)
 
     def __iter__(self) -> Iterator[VciDevice]:
@@ -94,7 +94,7 @@ class VciDeviceList(Disposable):
 
 
 class VciDeviceEnumerator(Disposable):
-    """IEnumerator over boards; it stands before the first one."""
+    """IEnumerator over boards; at first it is before the first board."""
 
     def __init__(self, manager: device.VciDeviceManager) -> None:
         """For IVciDeviceList."""
@@ -113,7 +113,7 @@ class VciDeviceEnumerator(Disposable):
                 info = self._devices.next(1)[0]
                 self._found = self._manager.open_device(info.vci_object_id), info
             except VciNoSuchDevice:
-                pass  # pulled out in this very moment
+                pass  # removed at this moment
             except VciNoMoreItems:
                 return False
         return True
@@ -121,18 +121,18 @@ class VciDeviceEnumerator(Disposable):
     @property
     @net_call
     def current(self) -> VciDevice:
-        """Current: the board it stands at, a new object each time.
+        """Current: the present board, a new object each time.
 
-        Raises InvalidOperationException before the first board and behind the last one.
+        Raises InvalidOperationException before the first board and after the last one.
         """
         if self._found is None:
             raise InvalidOperationException(
-                VCI_E_INVALID_STATE, "the enumerator stands before the first board or at the end"
+                VCI_E_INVALID_STATE, "the enumerator is before the first board or at the end"
             )
         return VciDevice(*self._found)
 
     @net_call
     def reset(self) -> None:
-        """Reset: back before the first board."""
+        """Reset: return to the position before the first board."""
         self._found = None
         self._devices.reset()

@@ -1,4 +1,4 @@
-"""CanBitrate: bit rates as an SJA1000 takes them.
+"""CanBitrate: bit rates as register values of an SJA1000.
 
 Source: VCI V3 .NET manual 4.2.4.1; reference/vci.md sections 3 and 7a.
 """
@@ -16,7 +16,7 @@ _REGISTER = 0xFF
 
 @dataclass(frozen=True, slots=True)
 class CanBitrate:
-    """Registers BTR0 and BTR1 of an SJA1000 at 16 MHz, 0 to 255 each, with a name that does not count.
+    """Registers BTR0 and BTR1 of an SJA1000 at 16 MHz, 0 to 255 each, and a name, which comparisons ignore.
 
     Raises ArgumentOutOfRangeException.
 
@@ -48,13 +48,13 @@ class CanBitrate:
 
     @property
     def as_int16(self) -> int:
-        """AsInt16: BTR1 in the high byte, BTR0 in the low one, signed as .NET's Int16."""
+        """AsInt16: BTR1 in the high byte, BTR0 in the low byte, signed like .NET's Int16."""
         word = self.btr1 << 8 | self.btr0
         return word - 0x1_0000 if word & 0x8000 else word
 
     @property
     def bittime(self) -> int:
-        """Bittime: clocks of the 16 MHz in a bit; the bit rate is 16 000 000 / bittime."""
+        """Bittime: the number of periods of the 16 MHz clock in a bit; the bit rate is 16 000 000 / bittime."""
         return 2 * ((self.btr0 & 0x3F) + 1) * ((self.btr1 & 0xF) + (self.btr1 >> 4 & 7) + 3)
 
     def __str__(self) -> str:
@@ -86,5 +86,5 @@ _KNOWN = {rate: rate for rate in (CanBitrate.EMPTY, *CanBitrate.CIA_BIT_RATES, C
 
 
 def named(rate: CanBitrate) -> CanBitrate:
-    """The predefined one of the same registers, for its name; the rate itself if there is none."""
+    """The predefined rate with the same registers, which has a name; the rate itself if there is none."""
     return _KNOWN.get(rate, rate)

@@ -1,4 +1,4 @@
-"""ICanChannel: a program's own FIFOs on a line.
+"""ICanChannel: the FIFOs of one program on a line.
 
 Source: VCI V3 .NET manual 4.2.3; reference/vci.md section 7a.
 """
@@ -14,20 +14,21 @@ from canwire.vci.v3.disposable import net_call
 
 
 class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
-    """ICanChannel. It is inactive, and without FIFOs until `initialize`: its calls raise ObjectDisposedException.
+    """ICanChannel. Before `initialize` it is inactive and has no FIFOs: its calls raise ObjectDisposedException.
 
-    It receives what the line's filters let through, and every message that a channel of the line sent with
+    It receives messages that pass the line's filters, and each message that a channel of the line sent with
     SelfReceptionRequest.
     """
 
     @net_call
     def initialize(self, receive_fifo_size: int, transmit_fifo_size: int, exclusive: bool) -> None:
-        """Initialize: make the FIFOs, for at least so many messages; the channel is inactive then.
+        """Initialize: make the FIFOs; the channel is inactive afterwards.
 
-        `receive_fifo_size` 1 to 65535, `transmit_fifo_size` 0 to 65535, where 0 makes none. An `exclusive` channel
-        has to be the only one of its line, and no other can be opened beside it. May be repeated: what was in the
-        FIFOs is gone then, their readers and writers are dead. Raises VciException, after which the channel is
-        not initialised if `exclusive` was to change.
+        The sizes are least numbers of messages: `receive_fifo_size` 1 to 65535, `transmit_fifo_size` 0 to 65535, where
+        0 makes no transmit FIFO. An `exclusive` channel must be the only one of its line, and no other can be opened
+        while it is open. A further call makes new FIFOs: the old messages are lost, and readers and writers of the old
+        FIFOs can no longer be used. Raises VciException; if `exclusive` was to change, the channel is then not
+        initialised.
         """
         self._be_exclusive(bool(exclusive))
         self._queue.initialize(receive_fifo_size, transmit_fifo_size)
@@ -35,12 +36,12 @@ class CanChannel(QueueSocket[can_channel.CanChannel], CanSocket):
 
     @net_call
     def get_message_reader(self) -> CanMessageReader:
-        """GetMessageReader: one at a time, until its `dispose`."""
+        """GetMessageReader: the reader; only one can be open at a time, until its `dispose`."""
         return CanMessageReader(self._initialized_queue().get_reader())
 
     @net_call
     def get_message_writer(self) -> CanMessageWriter:
-        """GetMessageWriter: one at a time, until its `dispose`; none without a transmit FIFO."""
+        """GetMessageWriter: the writer; only one can be open at a time, and none without a transmit FIFO."""
         return CanMessageWriter(self._initialized_queue().get_writer())
 
     @property

@@ -28,10 +28,10 @@ _NOTHING_HEARD = -1
 class CanControl(ControlSocket, CanSocket):
     """ICanControl. One program at a time may have it.
 
-    Undefined -> `init_line` or `detect_baud` -> offline -> `start_line` -> online -> `stop_line` or `reset_line`
-    -> offline. Calls that are wrong in a state raise VciException. Disposed, it leaves the line as it is for as long
-    as anything else is open on the line. Of what ICanControl2 had set up, mode and bit rate stay through
-    `reset_line`, as far as registers can express it; otherwise the line is not initialised then.
+    The states of a line: undefined -> `init_line` or `detect_baud` -> offline -> `start_line` -> online -> `stop_line`
+    or `reset_line` -> offline. A call that is not allowed in a state raises VciException. After `dispose` the line
+    stays as it is while another interface of the line is open. After `reset_line` a line that ICanControl2 configured
+    keeps its mode and bit rate if the registers can express them; otherwise it is not initialised.
     """
 
     _control_iid: ClassVar[UUID] = IID_ICanControl
@@ -39,16 +39,16 @@ class CanControl(ControlSocket, CanSocket):
 
     @net_call
     def detect_baud(self, timeout_ms: int, bitrates: Sequence[CanBitrate]) -> int:
-        """DetectBaud: index of the bit rate that the running bus speaks, -1 if nothing is heard; only listens.
+        """DetectBaud: the index of the running bus's bit rate, -1 if no message is received. The line only listens.
 
-        `timeout_ms` 1 to 65535 for each of the bit rates. A line that was not initialised is offline then, with
-        the bit rate found and all frame formats that it has.
-        Raises VciException while the line is started and for no timeout, ArgumentException for no bit rates.
+        `timeout_ms` is 1 to 65535 for each bit rate. A line that was not initialised is then offline, with the bit rate
+        found and all its frame formats.
+        Raises VciException while the line is started and for a timeout of 0, ArgumentException for no bit rates.
         """
         if not bitrates:
             raise ArgumentException(VCI_E_INVALIDARG, "no bit rates to try")
         if checked("timeout_ms", timeout_ms, UINT16) == 0:
-            raise VciException(VCI_E_TIMEOUT, "a bus needs more than 0 ms to be heard")
+            raise VciException(VCI_E_TIMEOUT, "the detection needs a timeout of more than 0 ms")
         for start in range(0, len(bitrates), CAN_BTR_TABLE_SIZE):
             index = self._detect(timeout_ms, bitrates[start : start + CAN_BTR_TABLE_SIZE])
             if index != _NOTHING_HEARD:
@@ -58,10 +58,10 @@ class CanControl(ControlSocket, CanSocket):
 
     @net_call
     def init_line(self, operating_mode: int, bitrate: CanBitrate) -> None:
-        """InitLine: reset the line and set it up; it is offline then, and all messages pass its filters.
+        """InitLine: reset the line and configure it; it is then offline, and all messages pass its filters.
 
-        `operating_mode` STANDARD, EXTENDED or both, with ERR_FRAME, LISTEN_ONLY and LOW_SPEED as wanted.
-        Raises VciException naming the feature that the line lacks.
+        `operating_mode` is STANDARD, EXTENDED or both, optionally with ERR_FRAME, LISTEN_ONLY and LOW_SPEED.
+        Raises VciException, which names the missing feature.
         """
         mode = checked("operating_mode", int(operating_mode), UINT8)
         if mode & CAN_OPMODE_AUTOBAUD:
@@ -70,21 +70,21 @@ class CanControl(ControlSocket, CanSocket):
 
     @net_call
     def set_acc_filter(self, select: int, code: int, mask: int) -> None:
-        """SetAccFilter: the first stage of a CanFilter, one pattern of identifier << 1 | RTR; a mask bit of 1 compares.
+        """SetAccFilter: the first stage of a CanFilter, a pattern of identifier << 1 | RTR.
 
-        CanAccCode.ALL and CanAccMask.ALL let all through, CanAccCode.NONE and CanAccMask.NONE none. Like the next
-        two only offline, else VciException.
+        A 1 in the mask means that the bit is compared. All identifiers pass CanAccCode.ALL with CanAccMask.ALL, none
+        passes CanAccCode.NONE with CanAccMask.NONE. Filters can be changed only offline, otherwise VciException.
         """
         self._control.set_acc_filter(select, code, mask)
 
     @net_call
     def add_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """AddFilterIds: put all that agrees with the pattern on the second stage's list, of up to 4096 entries."""
+        """AddFilterIds: add identifiers that match the pattern to the second stage, a list of up to 4096 entries."""
         self._control.add_filter_ids(select, code, mask)
 
     @net_call
     def rem_filter_ids(self, select: int, code: int, mask: int) -> None:
-        """RemFilterIds: take all that agrees with the pattern off that list."""
+        """RemFilterIds: remove all identifiers that match the pattern from the list of the second stage."""
         self._control.rem_filter_ids(select, code, mask)
 
     def _detect(self, timeout_ms: int, bitrates: Sequence[CanBitrate]) -> int:

@@ -1,8 +1,9 @@
-"""The enumerations of V3's CAN part, in Python's spelling; flags are made to be OR-ed.
+"""The enumerations of V3's CAN part, in Python's spelling; flags can be combined with OR.
 
-They look like those of lin/enums.py and mean other bits.
-Values are V4's wherever V3 has the same. V3 differs in the errors of CanMsgError, has CAN FD at bit 12 of
-CanFeatures, and knows no CAN_OPMODE_AUTOBAUD and no CAN_ACCEPT_PASSEXCL.
+They are similar to those of lin/enums.py, but mean other bits.
+
+Values are V4's, except that V3 has other numbers in CanMsgError, has CAN FD at bit 12 of CanFeatures, and has neither
+CAN_OPMODE_AUTOBAUD nor CAN_ACCEPT_PASSEXCL.
 Source: VCI V3 .NET manual 4.2; reference/vci.md sections 2, 3 and 7a.
 """
 
@@ -15,7 +16,7 @@ from canwire.vci.structures import constants as c
 
 
 class CanCtrlType(IntEnum):
-    """The kind of CAN controller; whatever V3 does not know is UNKNOWN."""
+    """The kind of CAN controller; a kind that is not in V3 is UNKNOWN."""
 
     UNKNOWN = t.CAN_CTRL_UNKNOWN
     INTEL_82527 = t.CAN_CTRL_82527
@@ -39,7 +40,7 @@ class CanCtrlType(IntEnum):
 
 
 class CanBusCouplings(IntFlag):
-    """How a controller is coupled to its bus."""
+    """The coupling of a controller to its bus."""
 
     UNDEFINED = c.CAN_BUSC_UNDEFINED
     LOW_SPEED = c.CAN_BUSC_LOWSPEED
@@ -47,10 +48,10 @@ class CanBusCouplings(IntFlag):
 
 
 class CanFeatures(IntFlag):
-    """What a controller can do."""
+    """The capabilities of a controller."""
 
-    STD_OR_EXT = c.CAN_FEATURE_STDOREXT  # 11 or 29 bits, not both at once
-    STD_AND_EXT = c.CAN_FEATURE_STDANDEXT  # both at once
+    STD_OR_EXT = c.CAN_FEATURE_STDOREXT  # 11 or 29 bits, not both at the same time
+    STD_AND_EXT = c.CAN_FEATURE_STDANDEXT  # both at the same time
     REMOTE_FRAME = c.CAN_FEATURE_RMTFRAME
     ERR_FRAME = c.CAN_FEATURE_ERRFRAME
     BUSLOAD = c.CAN_FEATURE_BUSLOAD
@@ -65,7 +66,7 @@ class CanFeatures(IntFlag):
 
 
 class CanOperatingModes(IntFlag):
-    """How a line is set up."""
+    """The operating mode of a line."""
 
     UNDEFINED = c.CAN_OPMODE_UNDEFINED
     STANDARD = c.CAN_OPMODE_STANDARD
@@ -88,7 +89,7 @@ class CanCtrlStatus(IntFlag):
 
 
 class CanFilter(IntEnum):
-    """Which of a line's two filters."""
+    """One of the two filters of a line."""
 
     STD = c.CAN_FILTER_STD
     EXT = c.CAN_FILTER_EXT
@@ -109,7 +110,7 @@ class CanAccCode(IntEnum):
 
 
 class CanMsgFrameType(IntEnum):
-    """What a message is; only DATA can be sent."""
+    """The kind of a message; only DATA can be sent."""
 
     DATA = c.CAN_MSGTYPE_DATA
     INFO = c.CAN_MSGTYPE_INFO
@@ -121,7 +122,7 @@ class CanMsgFrameType(IntEnum):
 
 
 class CanMsgInfoValue(IntEnum):
-    """Byte 0 of an INFO message: what happened to the controller."""
+    """Byte 0 of an INFO message: the new state of the controller."""
 
     START = c.CAN_INFO_START
     STOP = c.CAN_INFO_STOP
@@ -129,7 +130,7 @@ class CanMsgInfoValue(IntEnum):
 
 
 class CanMsgError(IntEnum):
-    """Byte 0 of an ERROR message, as V3 counts."""
+    """Byte 0 of an ERROR message, with V3's numbers."""
 
     STUFF = c.CAN_ERROR_STUFF
     FORM = c.CAN_ERROR_FORM
@@ -150,11 +151,11 @@ V3_ERRORS = {
     c.CAN_ERROR_DLC: CanMsgError.OTHER,
     c.CAN_ERROR_OTHER: CanMsgError.OTHER,
 }
-"""V4's CAN_ERROR_ as V3's: a bit error at the fast rate is a bit error, and the rest that V3 lacks is OTHER."""
+"""V3's error for V4's CAN_ERROR_: a bit error at the fast rate is BIT, other errors that V3 lacks are OTHER."""
 
 
 class CanMsgAccReason(IntEnum):
-    """Which filter let a message in; one that V4's excluding filter did not stop is ALWAYS here."""
+    """The filter that accepted a message; ALWAYS if it passed an excluding filter of V4."""
 
     REJECT = c.CAN_ACCEPT_REJECT
     FILTER_1 = c.CAN_ACCEPT_FILTER_1
@@ -167,7 +168,7 @@ class CanMsgAccReason(IntEnum):
 
 
 class CanCyclicTXIncMode(IntEnum):
-    """What counts up after each transmission."""
+    """The part of a cyclic message that is incremented after each transmission."""
 
     NO_INC = c.CAN_CTXMSG_INC_NO
     INC_ID = c.CAN_CTXMSG_INC_ID
@@ -187,7 +188,7 @@ class CanCyclicTXStatus(IntEnum):
 
 
 class CanCyclicTXTaskStatus(IntEnum):
-    """State of the cyclic list itself; the .NET interface has no name for it, this one follows the header."""
+    """State of the cyclic list; the .NET interface has no such enumeration, the names follow the header."""
 
     STOPPED = c.CAN_CTXTSK_STAT_STOPPED
     RUNNING = c.CAN_CTXTSK_STAT_RUNNING

@@ -45,11 +45,11 @@ class Flag:
 
 
 class AnyCanMessage(Message[Raw], Generic[Raw]):
-    """A CAN message; a new one is a data message of no bytes. `message[i]` is byte i.
+    """A CAN message; a new one is a data message without data. `message[i]` is byte i.
 
-    `self_reception_request`: the sender wants it back; on a received message: it came back. Also
-    `remote_transmission_request`, `extended_frame_format` (29 bits), `single_shot_mode` and `high_priority_msg`.
-    `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
+    `self_reception_request` in a message to send: the sender also receives it; in a received message: it is such a
+    message. Other flags are `remote_transmission_request`, `extended_frame_format` (29 bits), `single_shot_mode` and
+    `high_priority_msg`. `raw` is V4's structure. Assigning an invalid value raises ArgumentOutOfRangeException.
     """
 
     __slots__ = ()
@@ -66,7 +66,7 @@ class AnyCanMessage(Message[Raw], Generic[Raw]):
 
     @property
     def identifier(self) -> int:
-        """Identifier, 11 or 29 bits; 0xFFFFFFFF of INFO, ERROR and STATUS, how many overruns of TIME_OVERRUN."""
+        """Identifier, 11 or 29 bits; 0xFFFFFFFF for INFO, ERROR and STATUS, the number of overruns for TIME_OVERRUN."""
         return self.raw.msg_id
 
     @identifier.setter
@@ -75,7 +75,7 @@ class AnyCanMessage(Message[Raw], Generic[Raw]):
 
     @property
     def frame_type(self) -> CanMsgFrameType:
-        """FrameType; only DATA is sent, lines refuse the rest and count it."""
+        """FrameType; only DATA is sent, a line refuses and counts other messages."""
         return CanMsgFrameType(self.raw.msg_info.type)
 
     @frame_type.setter
@@ -84,11 +84,11 @@ class AnyCanMessage(Message[Raw], Generic[Raw]):
 
     @property
     def accept_reason(self) -> CanMsgAccReason:
-        """AcceptReason: which filter let it in."""
+        """AcceptReason: the filter that accepted the message."""
         return CanMsgAccReason(self.raw.msg_info.afc)
 
     def clear(self) -> None:
-        """Clear: all zeros."""
+        """Clear: set all fields to 0."""
         self.raw = self._KIND()
 
     def __repr__(self) -> str:
@@ -106,7 +106,7 @@ class CanMessage(AnyCanMessage[CanMsg]):
 
     @property
     def data_length(self) -> int:
-        """DataLength: the data length code, which takes 0 to 8; a received one may be higher and means 8."""
+        """DataLength: the data length code, 0 to 8; in a received message it can be higher, which means 8."""
         return self.raw.msg_info.dlc
 
     @data_length.setter
@@ -115,9 +115,9 @@ class CanMessage(AnyCanMessage[CanMsg]):
 
 
 class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
-    """A message that the cyclic list sends again and again; its `time_stamp` means nothing.
+    """A message that the cyclic list sends repeatedly; its `time_stamp` is ignored.
 
-    Two of them are equal only if they are the same object.
+    Two such messages are equal only if they are the same object.
     """
 
     __slots__ = ("_cycle_ticks", "_index", "_mode", "_status")
@@ -131,7 +131,7 @@ class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
 
     @property
     def status(self) -> CanCyclicTXStatus:
-        """Status as ICanScheduler.UpdateStatus found it last; EMPTY before the first start and off the list."""
+        """Status at the last ICanScheduler.UpdateStatus; EMPTY before the first start and outside the list."""
         return self._status
 
     @property
@@ -145,7 +145,7 @@ class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
 
     @property
     def auto_increment_mode(self) -> CanCyclicTXIncMode:
-        """AutoIncrementMode: what counts up after each transmission."""
+        """AutoIncrementMode: the part that is incremented after each transmission."""
         return self._mode
 
     @auto_increment_mode.setter
@@ -154,7 +154,7 @@ class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
 
     @property
     def auto_increment_index(self) -> int:
-        """AutoIncrementIndex: the byte of the data that counts up, from 0; of two bytes the low one."""
+        """AutoIncrementIndex: the index, from 0, of the data byte that is incremented, of two bytes the low one."""
         return self._index
 
     @auto_increment_index.setter
@@ -170,11 +170,11 @@ class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
     __hash__ = object.__hash__  # type: ignore[assignment]
 
     def told(self, status: int) -> None:
-        """For its list: this is its state now."""
+        """For its list: set the state of the message."""
         self._status = CanCyclicTXStatus(status)
 
     def _as(self, kind: type[Cyclic]) -> Cyclic:
-        """V4's structure of the same."""
+        """V4's structure for this message."""
         made = kind(
             cycle_time=self._cycle_ticks,
             incr_mode=self._mode,
@@ -189,18 +189,18 @@ class AnyCyclicTXMsg(AnyCanMessage[Raw], Generic[Raw]):
 class CanCyclicTXMsg(AnyCyclicTXMsg[CanMsg], CanMessage):
     """A cyclic message of up to 8 bytes.
 
-    The list takes a copy: what is changed after AddMessage counts from the next AddMessage on.
+    AddMessage copies it: later changes take effect at the next AddMessage.
     """
 
     __slots__ = ()
 
     def structure(self) -> CanCyclicTxMsg:
-        """For its list: V4's structure of the same."""
+        """For its list: V4's structure for this message."""
         return self._as(CanCyclicTxMsg)
 
 
 def received(raw: CanMsg, message: CanMessage | None = None) -> CanMessage:
-    """V4's message as V3's, in `message` if there is one: an error gets V3's number."""
+    """V3's message for V4's message, in `message` if that is given; an error gets V3's number."""
     made = CanMessage() if message is None else message
     if raw.msg_info.type == CanMsgFrameType.ERROR:
         raw.ab_data[0] = V3_ERRORS.get(raw.ab_data[0], CanMsgError.OTHER)

@@ -17,7 +17,7 @@ from canwire.vci.v3.message_fifo import Lockable, MessageReader
 
 
 class CanMessageReader(MessageReader[CanMsg, CanMessage], Lockable[CanMsg]):
-    """ICanMessageReader: takes received messages out of the channel's receive FIFO."""
+    """ICanMessageReader: reads received messages from the channel's receive FIFO."""
 
     def _received(self, raw: CanMsg, out: CanMessage | None = None) -> CanMessage:
         return received(raw, out)
@@ -28,7 +28,7 @@ class CanMessageReader(MessageReader[CanMsg, CanMessage], Lockable[CanMsg]):
 
 
 class CanMessageWriter(Lockable[CanMsg]):
-    """ICanMessageWriter: puts messages into the channel's transmit FIFO."""
+    """ICanMessageWriter: writes messages into the channel's transmit FIFO."""
 
     def __init__(self, writer: FifoWriter[CanMsg]) -> None:
         super().__init__(writer)
@@ -36,20 +36,21 @@ class CanMessageWriter(Lockable[CanMsg]):
 
     @property
     def free_count(self) -> int:
-        """FreeCount: messages that still fit."""
+        """FreeCount: the number of messages that still fit into the FIFO."""
         return 0 if self._disposed else self._free_count()
 
     @net_call
     def send_message(self, message: CanMessage) -> bool:
-        """SendMessage: False if there is no room.
+        """SendMessage: write a message into the FIFO; False if the FIFO is full.
 
-        What the line cannot send, any FrameType but DATA among it, it refuses silently and counts (`hub.line_status`).
+        A message that the line cannot send, such as one with a FrameType other than DATA, is discarded without an
+        error and counted (`hub.line_status`).
         """
         return self._put(message)
 
     @net_call
     def send_messages(self, messages: Sequence[CanMessage]) -> int:
-        """SendMessages: how many of them there was room for, from the first on."""
+        """SendMessages: write messages until the FIFO is full; returns how many were written."""
         for count, message in enumerate(messages):
             if not self._put(message):
                 return count

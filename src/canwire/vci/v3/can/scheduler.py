@@ -18,7 +18,7 @@ from canwire.vci.v3.errors import ArgumentException, checked
 
 
 class CanScheduler(CanSocket):
-    """ICanScheduler: up to 16 messages, at most one of them in a tick. One program at a time may have it.
+    """ICanScheduler: up to 16 messages, of which at most one is sent in a tick. One program at a time may have it.
 
     The list is stopped at first. A tick lasts CyclicMessageTimerDivisor / ClockFrequency seconds.
     """
@@ -30,11 +30,11 @@ class CanScheduler(CanSocket):
 
     @net_call
     def add_message(self, message: CanCyclicTXMsg) -> None:
-        """AddMessage: put a message on the list, idle until `start_message`; the list takes a copy.
+        """AddMessage: add a copy of a message to the list, which is idle until `start_message`.
 
-        The sum of 1 / CycleTicks over the list may not exceed 1. Raises ArgumentException for that, for a message
-        that is on the list and one that no line can send; VciException for a full list and a message that this line
-        cannot send as it is set up.
+        The sum of 1 / CycleTicks over the list must not exceed 1. Otherwise, and for a message that is on the list or
+        that no line can send, it raises ArgumentException. It raises VciException for a full list and for a message
+        that this line cannot send in its present configuration.
         """
         if any(one is message for one, _ in self._listed):
             raise ArgumentException(VCI_E_INVALIDARG, "the message is on the list")
@@ -43,9 +43,9 @@ class CanScheduler(CanSocket):
 
     @net_call
     def remove_message(self, message: CanCyclicTXMsg) -> None:
-        """RemoveMessage: stop a message and take it off the list; its Status is EMPTY then.
+        """RemoveMessage: stop a message and remove it from the list; its Status is then EMPTY.
 
-        This and the next two raise ArgumentException for a message that is not on the list.
+        Raises ArgumentException if the message is not on the list, as do `start_message` and `stop_message`.
         """
         index = self._index(message)
         self._scheduler.rem_message(index)
@@ -54,36 +54,36 @@ class CanScheduler(CanSocket):
 
     @net_call
     def start_message(self, message: CanCyclicTXMsg, repeat_count: int = 0) -> None:
-        """StartMessage: send it `repeat_count` times, 1 to 65535, or for ever with 0, once the list runs."""
+        """StartMessage: while the list runs, send a message `repeat_count` times, 1 to 65535, or without end if 0."""
         self._scheduler.start_message(self._index(message), checked("repeat_count", repeat_count, UINT16))
 
     @net_call
     def stop_message(self, message: CanCyclicTXMsg) -> None:
-        """StopMessage: send it no more."""
+        """StopMessage: stop sending a message."""
         self._scheduler.stop_message(self._index(message))
 
     @net_call
     def resume(self) -> None:
-        """Resume: let the list run; all messages started before begin in the same tick."""
+        """Resume: start the list; all messages that were started before begin in the same tick."""
         self._scheduler.resume()
 
     @net_call
     def suspend(self) -> None:
-        """Suspend: stop all messages at once."""
+        """Suspend: stop all messages immediately."""
         self._scheduler.suspend()
 
     @net_call
     def reset(self) -> None:
-        """Reset: stop the list and take all messages off it; their Status is EMPTY then."""
+        """Reset: stop the list and remove all messages; their Status is then EMPTY."""
         self._scheduler.reset()
         for message, _ in self._listed:
             message.told(CAN_CTXMSG_STAT_EMPTY)
         self._listed.clear()
 
     def update_status(self) -> None:
-        """UpdateStatus: look at the list; nothing else changes Status of its messages and `task_status`.
+        """UpdateStatus: read the list; only this updates `task_status` and the Status of running messages.
 
-        Of a disposed one it does nothing.
+        After `dispose` it does nothing.
         """
         if not self._disposed:
             self._update_status()
@@ -97,7 +97,7 @@ class CanScheduler(CanSocket):
 
     @property
     def task_status(self) -> CanCyclicTXTaskStatus:
-        """Whether the list runs, as `update_status` found it last; the name is ours, .NET does not show it."""
+        """Whether the list ran at the last `update_status`. The .NET interface does not have this property."""
         return self._task
 
     def _index(self, message: CanCyclicTXMsg) -> int:

@@ -1,4 +1,4 @@
-"""ICanSocket: what a line can do and how it is; the base of channels, control units and cyclic lists.
+"""ICanSocket: the capabilities and the status of a line; the base of channels, control units and cyclic lists.
 
 Source: VCI V3 .NET manual 4.2.2; reference/vci.md section 7a.
 """
@@ -23,9 +23,9 @@ _SAME_IN_V4 = (CanFeatures.CAN_FD - 1) & 0xFFFF
 
 
 class CanSocket(BusSocket):
-    """ICanSocket. Any number of programs may have one; it changes nothing.
+    """ICanSocket. Any number of programs may have one; it cannot change the line.
 
-    A tick of a timer lasts its divisor / `clock_frequency` seconds; a divisor is 0 where there is no such timer.
+    A tick of a timer lasts its divisor / `clock_frequency` seconds; the divisor is 0 if the controller lacks the timer.
     """
 
     _iid: ClassVar[UUID] = IID_ICanSocket
@@ -87,12 +87,12 @@ class CanSocket(BusSocket):
 
     @property
     def supports_std_or_ext_frames(self) -> bool:
-        """SupportsStdOrExtFrames: 11-bit or 29-bit identifiers, not both at once."""
+        """SupportsStdOrExtFrames: 11-bit or 29-bit identifiers, not both at the same time."""
         return CanFeatures.STD_OR_EXT in self.features
 
     @property
     def supports_std_and_ext_frames(self) -> bool:
-        """SupportsStdAndExtFrames: both at once."""
+        """SupportsStdAndExtFrames: 11-bit and 29-bit identifiers at the same time."""
         return CanFeatures.STD_AND_EXT in self.features
 
     @property

@@ -1,4 +1,4 @@
-"""CanLineStatus and CanChannelStatus: how a line or a channel was when somebody asked.
+"""CanLineStatus and CanChannelStatus: the status of a line or a channel at the time of the call.
 
 Source: VCI V3 .NET manual 4.2.2 and 4.2.3; reference/vci.md section 7a.
 """
@@ -15,7 +15,7 @@ from canwire.vci.v3.can.enums import CanCtrlStatus, CanOperatingModes
 
 @dataclass(frozen=True, slots=True)
 class CanLineStatus:
-    """A line: `operating_mode`, `bitrate` (EMPTY where an SJA1000 cannot make it), `busload` 0 to 100 percent."""
+    """A line: `operating_mode`, `bitrate` (EMPTY if an SJA1000 cannot make it), `busload` 0 to 100 percent."""
 
     operating_mode: CanOperatingModes
     bitrate: CanBitrate
@@ -24,7 +24,7 @@ class CanLineStatus:
 
     @classmethod
     def of(cls, status: can_structures.CanLineStatus) -> Self:
-        """V4's as V3's."""
+        """V3's status for V4's status."""
         return cls(
             operating_mode=CanOperatingModes(status.op_mode),
             bitrate=named(CanBitrate(status.bt_reg0, status.bt_reg1)),
@@ -79,7 +79,7 @@ class CanLineStatus:
 
     @property
     def is_bus_off(self) -> bool:
-        """IsBusOff: the controller left the bus by itself."""
+        """IsBusOff: the controller is in bus-off."""
         return bool(self.controller_status & CanCtrlStatus.BUS_OFF)
 
     @property
@@ -95,7 +95,7 @@ class CanLineStatus:
 
 @dataclass(frozen=True, slots=True)
 class CanChannelStatus:
-    """A channel: active or not, messages lost since Initialize or not, and how full its FIFOs are in percent."""
+    """A channel: whether it is active, whether it lost messages since Initialize, the load of its FIFOs in percent."""
 
     is_activated: bool
     has_fifo_overrun: bool

@@ -17,9 +17,9 @@ _NAMES = {c.LIN_BITRATE_UNDEF: "Undefined", c.LIN_BITRATE_AUTO: "Automatic"}
 
 @dataclass(frozen=True, slots=True)
 class LinBitrate:
-    """Bits per second, 0 to 65535, with a name that does not count.
+    """A bit rate in bit/s, 0 to 65535, and a name, which comparisons ignore.
 
-    A line takes MIN_BITRATE to MAX_BITRATE and, as a slave that can find the bit rate out, AUTO_RATE. Raises
+    A line accepts MIN_BITRATE to MAX_BITRATE, and AUTO_RATE if it is a slave that can detect the bit rate. Raises
     ArgumentOutOfRangeException.
 
     >>> LinBitrate.LIN_19200_BIT.as_uint16

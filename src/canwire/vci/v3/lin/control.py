@@ -24,9 +24,9 @@ from canwire.vci.v3.lin.socket import LinSocket
 class LinControl(ControlSocket, LinSocket):
     """ILinControl. One program at a time may have it.
 
-    Undefined -> `init_line` -> offline -> `start_line` -> online -> `stop_line` or `reset_line` -> offline. Calls that
-    are wrong in a state raise VciException. Disposed, it leaves the line as it is for as long as anything else is open
-    on the line. A bit rate that was found stays through `reset_line`.
+    The states of a line: undefined -> `init_line` -> offline -> `start_line` -> online -> `stop_line` or `reset_line`
+    -> offline. A call that is not allowed in a state raises VciException. After `dispose` the line stays as it is while
+    another interface of the line is open. After `reset_line` the line keeps a bit rate that it detected.
     """
 
     _control_iid: ClassVar[UUID] = IID_ILinControl
@@ -34,10 +34,10 @@ class LinControl(ControlSocket, LinSocket):
 
     @net_call
     def init_line(self, init: LinInitLine) -> None:
-        """InitLine: reset the line and set it up; it is offline then.
+        """InitLine: reset the line and configure it; it is offline afterwards.
 
-        Raises ArgumentException for a bit rate that no line has, LinBitrate.UNDEFINED among them, and VciException
-        naming the feature that the line lacks.
+        Raises ArgumentException for a bit rate that no line has, such as LinBitrate.UNDEFINED, and VciException, which
+        names the missing feature.
         """
         if not isinstance(init, LinInitLine):
             raise ArgumentException(VCI_E_INVALIDARG, f"a LinInitLine belongs here, not {init!r:.60}")
@@ -45,12 +45,12 @@ class LinControl(ControlSocket, LinSocket):
 
     @net_call
     def write_message(self, send: bool, message: LinMessage) -> None:
-        """WriteMessage: put a message on the bus as soon as that is free (`send`), or into the response table.
+        """WriteMessage: send a message as soon as the bus is free (`send`), or put it into the response table.
 
-        A master sends LinMessageType.DATA, with IdOnly its header alone, SLEEP and WAKEUP, a slave WAKEUP alone. It
-        does not wait until the message is through: until then the next call raises VciException with VCI_E_BUSY. The
-        table takes DATA for identifiers 0 to 63, at any time after `init_line`. Raises ArgumentException for other
-        types and identifiers.
+        A master sends LinMessageType.DATA (only its header with IdOnly), SLEEP and WAKEUP, a slave only WAKEUP. The
+        call does not wait for the end of the message: until that, the next call raises VciException with VCI_E_BUSY.
+        The table accepts DATA for identifiers 0 to 63, at any time after `init_line`. Raises ArgumentException for
+        other types and identifiers.
         """
         if not isinstance(message, LinMessage):
             raise ArgumentException(VCI_E_INVALIDARG, f"a LinMessage belongs here, not {message!r:.60}")

@@ -1,4 +1,4 @@
-"""The enumerations of V3's LIN part, in Python's spelling; flags are made to be OR-ed.
+"""The enumerations of V3's LIN part, in Python's spelling; flags can be combined with OR.
 
 The .NET interface has no names for LIN_STATUS_TXPEND, _ERRLIM and _BUSOFF, nor for LIN_ERROR_WAKEUP.
 Source: VCI V3 .NET manual 4.3; reference/vci.md sections 4, 7a and 9.
@@ -12,7 +12,7 @@ from canwire.vci.lin import constants as c
 
 
 class LinOperatingModes(IntFlag):
-    """How a line is set up."""
+    """The operating mode of a line."""
 
     SLAVE = c.LIN_OPMODE_SLAVE
     MASTER = c.LIN_OPMODE_MASTER
@@ -20,7 +20,7 @@ class LinOperatingModes(IntFlag):
 
 
 class LinFeatures(IntFlag):
-    """What a controller can do."""
+    """The capabilities of a controller."""
 
     MASTER = c.LIN_FEATURE_MASTER
     AUTORATE = c.LIN_FEATURE_AUTORATE
@@ -38,7 +38,7 @@ class LinCtrlStatus(IntFlag):
 
 
 class LinMessageType(IntEnum):
-    """What a message is; a master sends DATA, SLEEP and WAKEUP, a slave WAKEUP alone."""
+    """The kind of a message; a master sends DATA, SLEEP and WAKEUP, a slave only WAKEUP."""
 
     DATA = c.LIN_MSGTYPE_DATA
     INFO = c.LIN_MSGTYPE_INFO
@@ -50,7 +50,7 @@ class LinMessageType(IntEnum):
 
 
 class LinMsgInfoValue(IntEnum):
-    """Byte 0 of an INFO message: what happened to the controller."""
+    """Byte 0 of an INFO message: the new state of the controller."""
 
     START = c.LIN_INFO_START
     STOP = c.LIN_INFO_STOP
@@ -58,7 +58,7 @@ class LinMsgInfoValue(IntEnum):
 
 
 class LinMsgError(IntEnum):
-    """Byte 0 of an ERROR message; whatever V3 does not know is OTHER."""
+    """Byte 0 of an ERROR message; an error that is not in V3 is OTHER."""
 
     BIT = c.LIN_ERROR_BIT
     CRC = c.LIN_ERROR_CHKSUM

@@ -13,9 +13,9 @@ from canwire.vci.v3.message import LONGEST, Message
 
 
 class LinMessage(Message[LinMsg]):
-    """A LIN message of up to 8 bytes; a new one is a data message of no bytes. `message[i]` is byte i, 0 to 7.
+    """A LIN message of up to 8 bytes; a new one is a data message without data. `message[i]` is byte i, 0 to 7.
 
-    `raw` is V4's structure behind it. Properties raise ArgumentOutOfRangeException for what they do not take.
+    `raw` is V4's structure. Assigning an invalid value raises ArgumentOutOfRangeException.
     """
 
     __slots__ = ()
@@ -25,7 +25,7 @@ class LinMessage(Message[LinMsg]):
 
     @property
     def prot_id(self) -> int:
-        """ProtId: the identifier, 0 to 63, with parity bits above it; 0xFF of a message about no frame."""
+        """ProtId: the identifier, 0 to 63, with the parity bits above it; 0xFF if the message is not about a frame."""
         return self.raw.msg_info.pid
 
     @prot_id.setter
@@ -43,7 +43,7 @@ class LinMessage(Message[LinMsg]):
 
     @property
     def data_length(self) -> int:
-        """DataLength in bytes, which takes 0 to 8; of TIME_OVERRUN how often the counter ran over."""
+        """DataLength in bytes, 0 to 8; in TIME_OVERRUN the number of overflows of the counter."""
         return self.raw.msg_info.dlen
 
     @data_length.setter
@@ -52,7 +52,7 @@ class LinMessage(Message[LinMsg]):
 
     @property
     def extended_crc(self) -> bool:
-        """ExtendedCrc: the checksum covers the identifier too, as of LIN 2.0."""
+        """ExtendedCrc: the checksum includes the identifier, as in LIN 2.0."""
         return bool(self.raw.msg_info.ecs)
 
     @extended_crc.setter
@@ -61,7 +61,7 @@ class LinMessage(Message[LinMsg]):
 
     @property
     def sender_of_response(self) -> bool:
-        """SenderOfResponse: the controller itself sent the response, from its table."""
+        """SenderOfResponse: this controller sent the response, from its table."""
         return bool(self.raw.msg_info.sor)
 
     @sender_of_response.setter
@@ -70,7 +70,7 @@ class LinMessage(Message[LinMsg]):
 
     @property
     def id_only(self) -> bool:
-        """IdOnly: a master sends the header alone, and a slave answers with `data_length` bytes."""
+        """IdOnly: a master sends only the header, and a slave answers with `data_length` bytes."""
         return bool(self.raw.msg_info.ido)
 
     @id_only.setter
@@ -85,7 +85,7 @@ class LinMessage(Message[LinMsg]):
 
 
 def received(raw: LinMsg, message: LinMessage | None = None) -> LinMessage:
-    """V4's message as V3's, in `message` if there is one: an error gets V3's number."""
+    """V3's message for V4's message, in `message` if that is given; an error gets V3's number."""
     made = LinMessage() if message is None else message
     if raw.msg_info.type == LinMessageType.ERROR:
         raw.ab_data[0] = LinMsgError(raw.ab_data[0])

@@ -1,4 +1,4 @@
-"""ILinMonitor: a program's own receive FIFO on a LIN line.
+"""ILinMonitor: the receive FIFO of one program on a LIN line.
 
 Source: VCI V3 .NET manual 4.3.3; reference/vci.md section 7a.
 """
@@ -14,18 +14,18 @@ from canwire.vci.v3.lin.status import LinMonitorStatus
 
 
 class LinMonitor(QueueSocket[lin_monitor.LinMonitor], LinSocket):
-    """ILinMonitor. It is inactive, and without a FIFO until `initialize`: its calls raise ObjectDisposedException.
+    """ILinMonitor. Before `initialize` it is inactive and has no FIFO: its calls raise ObjectDisposedException.
 
-    It receives all that the line hears, and the responses that the line itself sends, marked SenderOfResponse.
+    It receives all messages of the line; in responses that the line itself sent, SenderOfResponse is set.
     """
 
     @net_call
     def initialize(self, receive_fifo_size: int, exclusive: bool) -> None:
-        """Initialize: make the FIFO, for at least so many messages; the monitor is inactive then.
+        """Initialize: make the FIFO, for at least `receive_fifo_size` messages; the monitor is inactive afterwards.
 
-        `receive_fifo_size` 1 to 65535. An `exclusive` monitor has to be the only one of its line, and no other can be
-        opened beside it. May be repeated: what was in the FIFO is gone then, its reader is dead. Raises VciException,
-        after which the monitor is not initialised if `exclusive` was to change.
+        `receive_fifo_size` is 1 to 65535. An `exclusive` monitor must be the only one of its line, and no other can be
+        opened while it is open. A further call makes a new FIFO: the old messages are lost, and the old reader can no
+        longer be used. Raises VciException; if `exclusive` was to change, the monitor is then not initialised.
         """
         self._be_exclusive(bool(exclusive))
         self._queue.initialize(receive_fifo_size)
@@ -33,7 +33,7 @@ class LinMonitor(QueueSocket[lin_monitor.LinMonitor], LinSocket):
 
     @net_call
     def get_message_reader(self) -> LinMessageReader:
-        """GetMessageReader: one at a time, until its `dispose`."""
+        """GetMessageReader: the reader; only one can be open at a time, until its `dispose`."""
         return LinMessageReader(self._initialized_queue().get_reader())
 
     @property

@@ -1,4 +1,4 @@
-"""ILinMessageReader: the end of a monitor that messages are read from.
+"""ILinMessageReader: the reading end of a monitor's FIFO.
 
 Source: VCI V3 .NET manual 3.1 and 4.3.3.1; reference/vci.md section 7a.
 """
@@ -11,7 +11,7 @@ from canwire.vci.v3.message_fifo import MessageReader
 
 
 class LinMessageReader(MessageReader[LinMsg, LinMessage]):
-    """ILinMessageReader: takes received messages out of the monitor's receive FIFO."""
+    """ILinMessageReader: reads received messages from the monitor's receive FIFO."""
 
     def _received(self, raw: LinMsg, out: LinMessage | None = None) -> LinMessage:
         return received(raw, out)

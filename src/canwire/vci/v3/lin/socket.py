@@ -1,4 +1,4 @@
-"""ILinSocket: what a LIN line can do and how it is; the base of monitors and control units.
+"""ILinSocket: the capabilities and the status of a LIN line; the base of monitors and control units.
 
 Source: VCI V3 .NET manual 4.3.2; reference/vci.md section 7a.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class LinSocket(BusSocket):
-    """ILinSocket. Any number of programs may have one; it changes nothing.
+    """ILinSocket. Any number of programs may have one; it cannot change the line.
 
     A tick of a time stamp lasts `time_stamp_counter_divisor` / `clock_frequency` seconds.
     """
@@ -50,7 +50,7 @@ class LinSocket(BusSocket):
 
     @property
     def supports_autorate(self) -> bool:
-        """SupportsAutorate: LinBitrate.AUTO_RATE, of a slave."""
+        """SupportsAutorate: LinBitrate.AUTO_RATE for a slave."""
         return LinFeatures.AUTORATE in self.features
 
     @property

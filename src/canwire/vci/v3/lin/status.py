@@ -1,6 +1,6 @@
-"""LinLineStatus and LinMonitorStatus: how a line or a monitor was when somebody asked.
+"""LinLineStatus and LinMonitorStatus: the status of a line or a monitor at the time of the call.
 
-CAN's look alike; what they tell is of other flags.
+Those of CAN are similar, but have other flags.
 
 Source: VCI V3 .NET manual 4.3.2 and 4.3.3; reference/vci.md section 7a.
 """
@@ -26,7 +26,7 @@ class LinLineStatus:
 
     @classmethod
     def of(cls, status: lin_structures.LinLineStatus) -> Self:
-        """V4's as V3's."""
+        """V3's status for V4's status."""
         return cls(
             operating_mode=LinOperatingModes(status.op_mode),
             bitrate=LinBitrate(status.bitrate),
@@ -36,7 +36,7 @@ class LinLineStatus:
 
     @property
     def is_in_slave_mode(self) -> bool:
-        """IsInSlaveMode: the line answers headers and sends none."""
+        """IsInSlaveMode: the line answers headers and does not send any."""
         return not self.is_in_master_mode
 
     @property
@@ -62,7 +62,7 @@ class LinLineStatus:
 
 @dataclass(frozen=True, slots=True)
 class LinMonitorStatus:
-    """A monitor: active or not, messages lost since Initialize or not, and how full its FIFO is in percent."""
+    """A monitor: whether it is active, whether messages were lost since Initialize, the load of its FIFO in percent."""
 
     is_activated: bool
     has_fifo_overrun: bool
@@ -70,7 +70,7 @@ class LinMonitorStatus:
 
     @classmethod
     def of(cls, status: lin_structures.LinMonitorStatus) -> Self:
-        """V4's as V3's, which leaves out the line."""
+        """V3's status for V4's status, without the line's status."""
         return cls(
             is_activated=status.activated,
             has_fifo_overrun=status.rx_overrun,
