@@ -24,7 +24,9 @@ Descriptor = Any
 def _portable() -> bool:
     asked = os.environ.get("CANWIRE_PLATFORM", "")
     if asked not in ("", "portable"):
-        raise BadValue(f"CANWIRE_PLATFORM={asked}: portable, or leave it unset for the system's own way")
+        raise BadValue(
+            f"CANWIRE_PLATFORM={asked}: portable, or leave it unset for the fastest means of this system"
+        )
     return asked == "portable" or sys.platform != "linux"
 
 

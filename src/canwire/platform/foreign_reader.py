@@ -1,4 +1,4 @@
-"""Another library reads a file: under limits of size and time, and with one documented error for all its faults."""
+"""Reading a file by another library: with limits of size and time, and one documented error for all its exceptions."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from canwire.platform.time_limit import time_limit
 
 @contextmanager
 def foreign_reader(file: Path, most_bytes: int, seconds: float, fault: str) -> Iterator[None]:
-    """Raises BadDescription with the file's name for every fault of the reading inside, except for a lack of memory.
+    """A context that raises BadDescription, with the file's name, for every exception inside except MemoryError.
 
-    A file of more than `most_bytes` is not read; reading may take `seconds`. `fault` are the words for a file that the
+    A file of more than `most_bytes` is refused; reading may take `seconds`. `fault` is the message for a file that the
     library cannot read. Errors of canwire pass unchanged.
     """
     try:

@@ -1,4 +1,4 @@
-"""How many descriptors a process may have."""
+"""The limit of open descriptors of a process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A limit of time for code that checks no clock itself: another library's parser, a run of a campaign."""
+"""A time limit for code that does not check a clock: the parser of another library, a run of a campaign."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def interrupted_after(seconds: float, error: type[BaseException]) -> Iterator[No
 
 
 class _Watch:
-    """Over the thread that makes it, until `end`."""
+    """Watches the time of the thread that makes it, until `end`."""
 
     def __init__(self, seconds: float, error: type[BaseException]) -> None:
         self._error = error
@@ -54,8 +54,8 @@ class _Watch:
     def end(self) -> None:
         """Nothing is raised from now on; an exception that is on its way is raised here.
 
-        It must not be taken back: CPython 3.11 then checks for it at each step of every thread without end, and makes
-        no progress under a profiler or a tracer.
+        A pending exception must not be withdrawn: CPython 3.11 would then check for it at each step of every thread
+        without end, and make no progress under a profiler or a tracer.
         """
         with self._turn:
             self._over = True

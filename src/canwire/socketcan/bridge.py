@@ -1,4 +1,4 @@
-"""A hub's line and a CAN interface of the kernel as one bus: each side sends the frames that the other receives."""
+"""Connects a hub's line and a CAN interface of the kernel: each side sends the frames that the other one receives."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _HEAD = struct.Struct("<iI")
 
 
 def kernel_socket(name: str) -> socket.socket:
-    """On the kernel's interface of this name; raises HubError in words where there is none."""
+    """A socket on the kernel's interface of this name; raises HubError if it does not exist."""
     try:
         made = socket.socket(AF_CAN, socket.SOCK_RAW, CAN_RAW)
     except OSError as error:
@@ -70,7 +70,7 @@ class Bridge:
         self._failure: Exception | None = None
 
     def run(self) -> None:
-        """Raises HubError once the hub is gone, OSError once the interface is."""
+        """Pass frames until the end; raises HubError if the hub is gone, OSError if the interface is."""
         reading, writing = self._channel.reading, self._channel.writing
         writing.threshold = _AT_ONCE // 2
         self._loop.watch(reading.descriptor.fileno(), READABLE, self._guarded(self._from_hub))

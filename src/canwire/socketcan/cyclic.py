@@ -1,7 +1,7 @@
-"""Frames that the hub sends by a line's cyclic list, at its times, whatever this process is busy with.
+"""Frames that the hub sends on time by a line's cyclic list, even while this process is busy.
 
-A line has one list of 16, and one holder of it. Where it cannot be had, or an interval is no multiple of its ticks, the
-broadcast manager's own timers send.
+A line has one list of 16 entries, which one program holds. If it is in use, or an interval is no multiple of its ticks,
+the timers of the broadcast manager send.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 class CyclicFrame:
-    """One on the list; used after `stop` it does nothing."""
+    """A frame on the list; after `stop` its methods have no effect."""
 
     def __init__(self, owner: CyclicFrames, index: int) -> None:
         self._owner = owner
         self._index: int | None = index
 
     def replace(self, row: Array) -> bool:
-        """Send this row of `sent_dtype` from now on, at the same times; False where that cannot be."""
+        """Send this row of `sent_dtype` from now on, at the same times; False if that is impossible."""
         return self._index is not None and self._owner.replace(self._index, row)
 
     def stop(self) -> None:
@@ -37,7 +37,7 @@ class CyclicFrame:
 
 
 class CyclicFrames:
-    """A line's list, held as long as something is on it."""
+    """The cyclic list of a line, held while a frame is on it."""
 
     def __init__(self, hub: Hub, place: LinePlace) -> None:
         self._hub = hub
@@ -46,7 +46,7 @@ class CyclicFrames:
         self._used: set[int] = set()
 
     def start(self, row: Array, interval_s: float) -> CyclicFrame | None:
-        """Send it every so many seconds, first after one of them; None where the list cannot do it."""
+        """Send a row every `interval_s` seconds, first after one interval; None if the list cannot do it."""
         ticks = self._place.info.capabilities.cyclic
         interval_ns = round(interval_s * 1e9)
         if not ticks.tick_ns or interval_ns % ticks.tick_ns:

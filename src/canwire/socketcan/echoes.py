@@ -1,4 +1,4 @@
-"""Whose frame comes back from the bus: a channel says that it is its line's, not which socket sent it."""
+"""Finds the socket that sent a frame that comes back: the channel only reports that the line sent it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST = 8192  # outstanding frames; the transmit queue is shorter
 
 
 class Echoes:
-    """Frames of one channel come back in the order they were sent; those that a line gave up do not."""
+    """Frames of one channel come back in the order in which they were sent; discarded frames do not come back."""
 
     def __init__(self) -> None:
         self._sent: deque[tuple[int, Array]] = deque()  # slot, records
@@ -28,7 +28,7 @@ class Echoes:
         return self._count
 
     def sent(self, slot: int, records: Array, frames: Array | None = None) -> None:
-        """`frames` (`sent_dtype`) are what the program wrote: into remote frames, too, whose data no bus carries."""
+        """`frames` (`sent_dtype`) are the program's bytes, including data in remote frames, which no bus carries."""
         if frames is not None:
             keep_remote_data(records, frames)
         self._sent.append((slot, records))
@@ -37,9 +37,9 @@ class Echoes:
             self._count -= len(self._sent.popleft()[1])
 
     def owners(self, records: Array) -> Array:
-        """Slots by record; NOBODY for frames of others, on this line or elsewhere.
+        """The slot for each record; NOBODY for frames of other programs and nodes.
 
-        Remote frames get the data that their program wrote: a kernel loops back what it was given.
+        Remote frames get the data that their program wrote, as a kernel loops them back.
         """
         numpy = numpy_module()
         found: Array = numpy.full(len(records), NOBODY, "i4")

@@ -1,7 +1,7 @@
-"""The hub's events as the error frames of linux/can/error.h, with the chip's own place of an error where it has one.
+"""Converts the hub's events to the error frames of linux/can/error.h, with the location that a chip reports, if any.
 
-The counters stand in data[6] and data[7] without CAN_ERR_CNT, as kernels before 6.0 had them: programs made before
-that, Debian 12's candump among them, refuse a frame with a class that they do not know.
+The counters are in data[6] and data[7] without CAN_ERR_CNT, as in kernels before 6.0: older programs, such as Debian
+12's candump, refuse a frame with a class that they do not know.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def error_frame_of(event: BusEvent) -> tuple[int, bytes]:
 
 
 def put_error_frame(row: Any, event: BusEvent) -> bool:
-    """Into a row of `received_dtype`; False: there is no error frame of that."""
+    """Write the error frame into a row of `received_dtype`; False if the event has none."""
     can_id, data = error_frame_of(event)
     if not can_id & _ANY_CLASS:
         return False
@@ -43,7 +43,7 @@ def put_error_frame(row: Any, event: BusEvent) -> bool:
 
 
 def put_error_frames(records: Any, rows: Any, errors: Any, on_state: Callable[[ErrorState], object]) -> Any:
-    """Turn the events among records (`errors` is a mask) into error frames; a mask of what there is to hand on."""
+    """Turn the events among records (`errors` is their mask) into error frames; returns a mask of rows to pass on."""
     kept = ~errors
     for at in errors.nonzero()[0]:
         event = BusEvent.from_record(records[at].tobytes())

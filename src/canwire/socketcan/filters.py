@@ -30,7 +30,7 @@ _WORD_MASK = 0xFFFF_FFFF
 
 
 class Filter(NamedTuple):
-    """A frame passes if its identifier word, flags included, agrees where `mask` has ones; `inverted`: if not."""
+    """A frame passes if its identifier word, with flags, matches where `mask` has ones; `inverted`: if it does not."""
 
     id: int
     mask: int
@@ -38,12 +38,12 @@ class Filter(NamedTuple):
 
     @property
     def for_errors(self) -> bool:
-        """It is about error frames: CAN_ERR_FLAG in the mask."""
+        """True for a filter of error frames: CAN_ERR_FLAG in the mask."""
         return bool(self.mask & CAN_ERR_FLAG)
 
     @classmethod
     def of_words(cls, id: int, mask: int) -> Filter:
-        """As a program writes it."""
+        """The filter in the words that a program writes."""
         inverted = bool(id & CAN_INV_FILTER)
         id &= ~CAN_INV_FILTER
         if mask & CAN_ERR_FLAG:
@@ -56,14 +56,14 @@ class Filter(NamedTuple):
 
 @dataclass(frozen=True)
 class Filters:
-    """Those of one socket: one of them has to let a frame pass, `joined` all of them; without any none passes."""
+    """The filters of one socket: a frame must match one of them, with `joined` all. Without filters none passes."""
 
     filters: tuple[Filter, ...] = (Filter(0, 0),)
     joined: bool = False
 
     @classmethod
     def parse(cls, data: bytes, joined: bool) -> Filters:
-        """Of `struct can_filter`s; raises ValueError for a broken one."""
+        """The filters in an array of `struct can_filter`; raises ValueError for an incomplete one."""
         if len(data) % _FILTER.size:
             raise ValueError(f"{len(data)} bytes: filters have {_FILTER.size} each")
         return cls(tuple(Filter.of_words(*words) for words in _FILTER.iter_unpack(data)), joined)
@@ -81,7 +81,7 @@ class Filters:
         return combine.reduce(found)
 
     def error_mask(self) -> int:
-        """Error classes that filters ask for; CAN_RAW_ERR_FILTER's come besides."""
+        """The error classes that filters select, in addition to those of CAN_RAW_ERR_FILTER."""
         found = 0
         for one in self.filters:
             if one.for_errors and not one.inverted:

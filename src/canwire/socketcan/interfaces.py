@@ -1,8 +1,8 @@
-"""Which interfaces a program sees, and what lines of the hub they mean.
+"""The interfaces that a program sees, and the lines of the hub that they mean.
 
-can0, can1      by the name of a bus: a line there that nobody uses, else one that others use as well
+can0, can1      the name of a bus: an unused line there, else a shared one
 HW000104_0      one line of a board: line 0 of HW000104
-vcan0=can0      whatever was asked for, as another name for either
+vcan0=can0      another name for one of these, as requested
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Interface:
 
 
 def parse_mapping(text: str) -> tuple[str, str]:
-    """(name, line) of "vcan0=can0"; raises BadValue."""
+    """The name and the line of "vcan0=can0"; raises BadValue."""
     name, equals, target = text.partition("=")
     if not equals or not target or not _NAME.fullmatch(name):
         raise BadValue(
@@ -57,10 +57,10 @@ def parse_mapping(text: str) -> tuple[str, str]:
 
 
 class Interfaces:
-    """Those that there are now, in the table as well."""
+    """The present interfaces, which are also in the table."""
 
     def __init__(self, hub: Hub, table: Table, mappings: dict[str, str]) -> None:
-        """Raises NoSuchBoard for a mapping to a line that is not there."""
+        """Raises NoSuchBoard for a mapping to a line that does not exist."""
         self._hub = hub
         self._table = table
         self._mapped = bool(mappings)
@@ -74,7 +74,7 @@ class Interfaces:
         self.refresh()
 
     def refresh(self) -> list[Interface]:
-        """Boards have come or gone: add interfaces, and return those whose lines are not there any more."""
+        """Boards were plugged in or out: add interfaces, and return those whose lines no longer exist."""
         lines = every_line(self._hub, "CAN")
         there: set[str] = set()
         for bus in dict.fromkeys(place.info.bus for place in lines if place.info.bus):
@@ -86,13 +86,13 @@ class Interfaces:
         return [one for one in self.by_index.values() if one.target not in there]
 
     def remove(self, interface: Interface) -> None:
-        """Nothing of that name from now on."""
+        """Remove an interface."""
         if self.by_index.pop(interface.index, None) is not None:
             self.show(interface, GONE)
             self._table.remove_interface(interface.place)
 
     def show(self, interface: Interface, flags: int) -> None:
-        """Have the programs see it so: UP, STUCK."""
+        """Show these flags of an interface to the programs: UP, STUCK."""
         changed = (interface.flags ^ flags) & (UP | OFF | GONE)
         interface.flags = flags
         self._table.set_flags(interface.place, flags)
@@ -100,16 +100,16 @@ class Interfaces:
             self.changed(interface)
 
     def drop(self, index: int, count: int, why: str = WENT) -> None:
-        """So many frames were taken from a program and cannot go out; Linux calls it tx_dropped."""
+        """Count frames of a program that cannot be sent; Linux calls this tx_dropped."""
         if count:
             self.dropped[self._names.get(index, f"interface {index}"), why] += count
 
     def dropped_by(self, name: str) -> int:
-        """How many frames."""
+        """The number of frames that this interface has dropped."""
         return sum(count for (dropper, _), count in self.dropped.items() if dropper == name)
 
     def losses(self) -> list[str]:
-        """A sentence for each interface that dropped frames, gone ones as well."""
+        """A sentence for each interface that has dropped frames, including removed ones."""
         return [
             f"{name}: {count} frames were dropped, {why} (tx_dropped)"
             for (name, why), count in self.dropped.items()

@@ -32,17 +32,17 @@ started, and what to call when programs can come."""
 
 
 def shim() -> str:
-    """The shared object that is preloaded; raises Unsupported where it was not built."""
+    """The path of the shared object to preload; raises Unsupported if it was not built."""
     found = sorted(Path(__file__).parent.glob("_shim*.so"))
     if sys.platform != "linux" or not found:
         raise Unsupported(
-            "the SocketCAN shim is not here: it is built with canwire on Linux where a C compiler is found"
+            "the SocketCAN shim is missing: it is built with canwire on Linux if a C compiler is found"
         )
     return str(found[0])
 
 
 def environment(directory: str, *, preloads: bool = True) -> dict[str, str]:
-    """For the program."""
+    """The environment for the program."""
     variables = {**os.environ, DIRECTORY_VARIABLE: directory}
     if preloads:
         variables["LD_PRELOAD"] = ":".join([shim(), *filter(None, [os.environ.get("LD_PRELOAD")])])
@@ -110,7 +110,7 @@ def _start(directory: str, serving: Serving) -> str:
     os.waitpid(middle, 0)
     with os.fdopen(reading, "rb") as pipe:
         told = pipe.read().decode()
-    return "" if told == _READY else told or "its server ended without a word"
+    return "" if told == _READY else told or "its server ended without a message"
 
 
 _READY = "ready"

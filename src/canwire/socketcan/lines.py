@@ -43,9 +43,9 @@ def channel_on(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Hu
 
 
 def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:
-    """The line, running, and its control if it was started here: close that once there is a channel.
+    """The running line, and its control if this process started it: close that once there is a channel.
 
-    Raises NoSuchBoard; InUse or BadValue where it runs otherwise than wanted.
+    Raises NoSuchBoard, or InUse or BadValue if the line runs with other settings than wanted.
     """
     places = find_lines(hub, target, "CAN")
     by_bus = places[0].info.bus == target
@@ -63,7 +63,7 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
 
 
 class Company:
-    """Of an interface: another line that acknowledges, where it is named after its bus and no other one runs there."""
+    """A second line that acknowledges, for an interface that is named after a bus on which no other line runs."""
 
     def __init__(self, hub: Hub, own: LinePlace, target: str) -> None:
         self._hub = hub
@@ -72,19 +72,19 @@ class Company:
         self._there: tuple[LinePlace, Lease] | None = None
 
     def seek(self, wanted: WantedMode) -> None:
-        """Have it, unless there is one."""
+        """Start the second line, unless another one runs."""
         if self._there is None and self._wanted:
             self._there = company_for(self._hub, self._own, wanted)
 
     def leave(self) -> None:
-        """A second time does nothing."""
+        """Release the second line; a second call has no effect."""
         there, self._there = self._there, None
         if there is not None:
             there[1].close()
 
 
 def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace, Lease] | None:
-    """Start another line of the bus, for as long as the lease is open; None where one runs, or there is no other."""
+    """Start another line of the bus while the lease is open; None if one runs already, or if there is no other line."""
     others = [place for place in _on_bus(hub, own.info.bus) if place.address != own.address]
     if not own.info.bus or any(status.running for _, status in lines_now(hub, others)):
         return None

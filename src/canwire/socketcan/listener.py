@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 
 class Tap(Protocol):
-    """A socket that wants to know what is given to a line, too."""
+    """A socket that also receives the frames passed to a line for sending."""
 
     def going(self, interface: Interface, frames: Array) -> None:
-        """These, of `sent_dtype`: copy what is kept."""
+        """These frames (`sent_dtype`) were passed to the line: copy those that are kept."""
 
 
 class Listener(Protocol):
     """A socket that receives from an interface."""
 
     def take(self, batch: Batch) -> None:
-        """Its rows are everybody's: copy what is kept."""
+        """A batch has arrived, whose rows all listeners share: copy those that are kept."""
 
     def congested(self) -> bool:
-        """A hub in fast time should wait for this reader."""
+        """True if a hub in fast time should wait for this reader."""
 
     def interface_lost(self, interface: Interface, error: int) -> None:
         """ENETDOWN: its line was stopped; ENODEV: it is gone."""

@@ -1,4 +1,4 @@
-"""The server's one thread: descriptors and timers, each with what is to be done then."""
+"""The server's only thread: descriptors and timers, each with a callback."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FEW = 64  # timers among which nobody looks for cancelled ones
 
 
 class Timer:
-    """Something that is due; `cancel` as often as you like."""
+    """A call that is due at a time; `cancel` may be called several times."""
 
     __slots__ = ("_due_s", "call")
 
@@ -34,7 +34,7 @@ class Timer:
 
 
 class Waiter(Protocol):
-    """`watch` with no events at all is allowed: then only a broken connection may be reported."""
+    """Waits for descriptors. `watch` without events is allowed: then only a broken connection may be reported."""
 
     def watch(self, descriptor: int, events: int) -> None: ...
     def change(self, descriptor: int, events: int) -> None: ...
@@ -44,7 +44,7 @@ class Waiter(Protocol):
 
 
 class Polled:
-    """Linux."""
+    """Waits with epoll, on Linux."""
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
@@ -56,7 +56,7 @@ class Polled:
         self.close, self.fileno = self._epoll.close, self._epoll.fileno
 
     def wait(self, seconds: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events; none after so many seconds (None: never)."""
+        """Descriptors and their events; empty after `seconds` (None: no limit)."""
         if seconds is None:
             return self._epoll.poll(-1, _MOST_EVENTS)
         # epoll counts in whole milliseconds, select in microseconds
@@ -66,10 +66,10 @@ class Polled:
 
 
 class Gathering:
-    """How long to wait before looking for more: not at all, but where so much comes that wake-ups cost more than it.
+    """The pause before the next check for frames: none, unless frames arrive so fast that wake-ups cost too much.
 
-    A request and its answer want no pause: at 1 Mbit/s they come 0.3 ms after each other. A full bus has a frame every
-    0.13 ms, and a processor would do nothing but wake up.
+    A request and its answer need no pause: at 1 Mbit/s they are 0.3 ms apart. A full bus has a frame every 0.13 ms, and
+    a processor would do nothing but wake up.
     """
 
     _WINDOW = 16  # frames ...
@@ -110,7 +110,7 @@ class Loop:
         self._running = False
 
     def watch(self, descriptor: int, events: int, call: Callable[[int], object]) -> None:
-        """Call `call(events)` whenever there are such; a descriptor that is watched already is watched for these."""
+        """Call `call(events)` whenever these events occur; a second call for a descriptor replaces the first one."""
         if descriptor in self._calls:
             self._waiter.change(descriptor, events)
         else:
@@ -118,7 +118,7 @@ class Loop:
         self._calls[descriptor] = call
 
     def forget(self, descriptor: int) -> None:
-        """Watch it no longer; before it is closed. A second time does nothing."""
+        """Stop watching a descriptor; call this before it is closed. A second call has no effect."""
         if self._calls.pop(descriptor, None) is not None:
             self._waiter.forget(descriptor)
 
@@ -135,7 +135,7 @@ class Loop:
         return self.call_at(self.clock_s() + seconds, call)
 
     def soon(self, call: Callable[[], object]) -> None:
-        """In the next turn, after whatever is ready then."""
+        """Call this in the next turn, after all descriptors that are ready then."""
         self._soon.append(call)
 
     def stop(self) -> None:

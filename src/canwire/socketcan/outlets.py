@@ -1,4 +1,4 @@
-"""What waits for a program: messages that its socket has no room for yet, up to a limit, then counted as lost."""
+"""Messages that wait until a program's socket has room for them, up to a limit; further ones are counted as lost."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PATIENCE_S = 0.2  # which so long at most; a program that reads nothing is waite
 
 
 class RowOutlet:
-    """Rows of `received_dtype` for one socket: what its pair has no room for."""
+    """Rows of `received_dtype` for one socket that its socket pair has no room for."""
 
     def __init__(self, ring: RingPair, end: socket.socket, buffer: Callable[[], int]) -> None:
         self.drops = 0
@@ -49,7 +49,7 @@ class RowOutlet:
         return self._waiting
 
     def put(self, rows: Array) -> None:
-        """Let the program have them, or keep what does not fit."""
+        """Pass rows to the program, and keep those that do not fit."""
         if self._buffer() != self._bytes:
             self._set_limit(self._buffer())
         if self._rows:
@@ -85,7 +85,7 @@ class RowOutlet:
             self.drops += lost
 
     def flush(self) -> None:
-        """Hand over what there is room for; the descriptor tells when there is room for the rest."""
+        """Pass on as many rows as fit; the descriptor signals when there is room for the rest."""
         while self._rows:
             rows = self._rows[0]
             done = self._ring.publish(rows)
@@ -99,7 +99,7 @@ class RowOutlet:
             self._rows.popleft()
 
     def congested(self) -> bool:
-        """So much waits that the bus should; no longer once the program has not read for too long."""
+        """True if so many rows wait that the bus should wait, too; False if the program has not read for too long."""
         if self._waiting < CONGESTED or self._given_up:
             return False
         now_s = time.monotonic()
@@ -110,7 +110,7 @@ class RowOutlet:
 
 
 class MessageOutlet:
-    """Messages of any length for one socket: what BCM and ISO-TP tell."""
+    """Messages of any length for one socket, from BCM and ISO-TP."""
 
     LIMIT = 4096
 
@@ -124,7 +124,7 @@ class MessageOutlet:
         return len(self._messages)
 
     def put(self, message: bytes, about: bytes = b"") -> None:
-        """Send it or keep it; `about`: a J1939 message's addresses."""
+        """Send or keep a message; `about`: the addresses of a J1939 message."""
         if len(self._messages) >= self.LIMIT:
             self.drops += 1
             return
@@ -132,7 +132,7 @@ class MessageOutlet:
         self.flush()
 
     def flush(self) -> None:
-        """Send what there is room for."""
+        """Send as many messages as fit."""
         while self._messages and self._ring.publish_message(*self._messages[0]):
             self._messages.popleft()
 

@@ -1,4 +1,4 @@
-"""One interface in use: a channel on its line, what it receives handed on to sockets, and what they send."""
+"""One interface in use: a channel on its line, whose received frames go to sockets, and the frames that these send."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Port:
     # receiving
 
     def pump(self) -> None:
-        """Hand on what has come; again in the loop's next turn as long as there is more."""
+        """Pass received frames on; if there are more, continue in the loop's next turn."""
         if self._pumps:
             return
         self._pumps = True
@@ -188,11 +188,11 @@ class Port:
     # sending
 
     def room(self) -> int:
-        """Frames that can be sent now."""
+        """The number of frames that can be sent now."""
         return 0 if self.lost else int(self._writing.ring.free())
 
     def send(self, slot: int, rows: Array) -> None:
-        """Queue such rows of `sent_dtype`; those that there is no room for are dropped, and counted."""
+        """Queue rows of `sent_dtype`; those that do not fit are dropped and counted."""
         room = self.room()
         self.drop(len(rows) - min(room, len(rows)), FULL)
         rows = rows[:room]
@@ -210,7 +210,7 @@ class Port:
             tap.going(self.interface, rows)
 
     def drop(self, count: int, why: str = WENT) -> None:
-        """So many frames cannot go out."""
+        """Count this many frames that cannot be sent."""
         self._setting.interfaces.drop(self.interface.index, count, why)
 
     def when_room(self, call: Callable[[], object]) -> None:
@@ -242,12 +242,12 @@ class Port:
 
     @property
     def sent(self) -> int:
-        """Frames that the line has taken so far."""
+        """The number of frames that the line has accepted so far."""
         return 0 if self.lost else int(self._writing.ring.taken)
 
     @property
     def pending(self) -> int:
-        """Frames that have not come back from the bus, and still may."""
+        """The number of frames that have not come back from the bus, and still may."""
         if self.lost or not self._echoes.outstanding:
             return 0
         try:

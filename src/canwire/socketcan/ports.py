@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def refuse(error: int) -> OSError:
-    """What a call of the program fails with."""
+    """The OSError with which a call of the program fails."""
     return OSError(error, os.strerror(error))
 
 
@@ -30,7 +30,7 @@ class Ports:
         self.matches = 0  # frames that sockets were given
 
     def port(self, index: int) -> Port:
-        """Of this interface; raises OSError: ENODEV if there is none, ENETDOWN where its line cannot be had."""
+        """The port of this interface; raises OSError: ENODEV if it does not exist, ENETDOWN if its line fails."""
         found = self._open.get(index)
         if found is not None:
             return found
@@ -42,7 +42,7 @@ class Ports:
         return self._opened(interface)
 
     def of_all(self) -> list[Port]:
-        """Those that a socket bound to all interfaces hears; raises OSError if none of them can be had."""
+        """The ports from which a socket bound to all interfaces receives; raises OSError if none can be used."""
         found: list[Port] = []
         failure: OSError | None = None
         for interface in self._setting.interfaces.of_all():
@@ -55,7 +55,7 @@ class Ports:
         return found
 
     def is_down(self, index: int) -> bool:
-        """It was taken down before any socket used it: a socket that binds to it waits until it is up."""
+        """True if it was taken down before any socket used it: a socket that binds to it waits until it is up."""
         interface = self._setting.interfaces.by_index.get(index)
         return index not in self._open and interface is not None and not interface.flags & UP
 
@@ -63,24 +63,24 @@ class Ports:
         return list(self._open.values())
 
     def forget_stamper(self, slot: int) -> None:
-        """Who wanted to know when its frames were on the bus is gone."""
+        """A socket with time stamps of its sent frames was closed."""
         for port in self._open.values():
             port.stampers.pop(slot, None)
 
     def known(self, index: int) -> Port | None:
-        """One that is open already."""
+        """The port of this interface, if it is already open."""
         return self._open.get(index)
 
     def pending(self) -> int:
-        """Frames on their way to a bus."""
+        """The number of frames on their way to a bus."""
         return sum(port.pending for port in list(self._open.values()))  # one may turn out to be lost
 
     def heard(self) -> int:
-        """Frames that have come from lines, since the beginning."""
+        """The number of frames received from lines since the start."""
         return self._heard_before + sum(port.heard for port in self._open.values())
 
     def progress(self) -> int:
-        """Grows with each frame that goes out."""
+        """A number that grows with each frame sent."""
         return sum(port.sent for port in self._open.values())
 
     def close(self) -> None:

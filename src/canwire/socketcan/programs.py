@@ -1,4 +1,4 @@
-"""Which programs cannot be helped by a preloaded library, and why: their calls are answered, or it is said.
+"""Finds programs that cannot use a preloaded library: the server answers their calls, or reports the reason.
 
 Source: the ELF format (elf(5)), ld.so(8) on secure execution, what Go's linker writes.
 """
@@ -25,17 +25,17 @@ MUSL = "is linked with musl: canwire's shim is for glibc"
 
 
 def calls_itself(path: str) -> bool:
-    """This program has nothing of the shim (it is linked statically or with musl, or Go's): supervised/ answers it."""
+    """True if this program cannot use the shim (static, musl or Go) and supervised/ answers its calls."""
     return trouble_with(path) in (STATIC, GO, MUSL) and platform.machine() in ("x86_64", "aarch64")
 
 
 def is_for_musl(path: str) -> bool:
-    """Its loader fails where it is to preload something for glibc."""
+    """True if its loader fails when it is to preload a library for glibc."""
     return trouble_with(path) == MUSL
 
 
 def trouble_with(path: str) -> str:
-    """One clause about the program in this file, "" if the shim works there; scripts are their interpreters'."""
+    """Why the shim does not work in this program, one clause; "" if it does. For a script: its interpreter."""
     try:
         with open(path, "rb") as file:
             start = file.read(_LOOKED_AT)

@@ -1,4 +1,4 @@
-"""The server's ends of the rings that CAN sockets share with it: shim/ring.h says how they work."""
+"""The server's ends of the rings that CAN sockets share with it; shim/ring.h describes them."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ COLLECTED = 512  # rows in one call
 
 
 def has_room(directory: str, size: int) -> bool:
-    """So many bytes are free there: memory of a file that is mapped ends a program where there are none."""
+    """True if this many bytes are free: a program that writes into a mapped file without free space is killed."""
     there = os.statvfs(directory)
     return there.f_bavail * there.f_frsize >= size
 
 
 class Row(NamedTuple):
-    """What is beside a message; `about`: a J1939 message's addresses, else zeros."""
+    """The data that accompanies a message; `about`: the addresses of a J1939 message, else zeros."""
 
     stamp_ns: int
     drops: int
@@ -42,7 +42,7 @@ class Row(NamedTuple):
 
 
 class Rings:
-    """All of one server's, in a file at `path`, by the shared object `library`."""
+    """All rings of one server, in a file at `path`, by the shared object `library`."""
 
     def __init__(self, path: str, library: str) -> None:
         self.library = _library(library)
@@ -58,7 +58,7 @@ class Rings:
 
     @cached_property
     def rows(self) -> Array:
-        """What was collected last. Made for the first socket: numpy takes longer to load than all else."""
+        """The rows collected last. Made for the first socket, because loading numpy takes long."""
         found: Array = numpy_module().zeros(COLLECTED, sent_dtype())
         return found
 
@@ -67,14 +67,14 @@ class Rings:
         return int(self.rows.ctypes.data)
 
     def pair(self, slot: int, descriptor: int) -> RingPair:
-        """New rings of this slot; `descriptor` is the server's end of its socket pair. Raises OSError: ENOSPC."""
+        """New rings for this slot; `descriptor` is the server's end of its socket pair. Raises OSError: ENOSPC."""
         if not has_room(self.directory, self._size):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), self.directory)
         return RingPair(self, self._address + slot * self._size, descriptor)
 
 
 class RingPair:
-    """One socket's: messages and rows of `received_dtype` out, rows of `sent_dtype` in."""
+    """The rings of one socket: messages and rows of `received_dtype` to it, rows of `sent_dtype` from it."""
 
     def __init__(self, rings: Rings, address: int, descriptor: int) -> None:
         self._rings = rings
@@ -84,16 +84,16 @@ class RingPair:
         self._library.canwire_prepare(self._block)
 
     def publish(self, rows: Array) -> int:
-        """Send their frames; of how many of these contiguous rows there was room for."""
+        """Send the frames of these contiguous rows; returns how many rows had room."""
         return int(self._library.canwire_publish(self._block, rows.ctypes.data, len(rows), self._descriptor))
 
     def collect(self, limit: int) -> Array:
-        """What the program has sent, good until the next call for any socket; `size` is what it said."""
+        """The program's rows, valid until the next call for any socket; their `size` is what the program wrote."""
         count = self._library.canwire_collect(self._block, self._rings.rows_address, min(limit, COLLECTED))
         return self._rings.rows[:count]
 
     def row_of_message(self, data: bytes, peeks: bool) -> Row:
-        """Of the oldest message, which has these bytes; zeros where there is none."""
+        """The Row of the oldest message, which has these bytes; zeros if there is none."""
         room, about = ctypes.create_string_buffer(HEADER_SIZE), ctypes.create_string_buffer(_ABOUT_SIZE)
         if not self._library.canwire_take_row(self._block, data, len(data), int(peeks), room, about):
             return Row(0, 0, 0, 0, 0, len(data), about.raw)
@@ -101,7 +101,7 @@ class RingPair:
         return Row(stamp_ns, drops, interface, flags, error, length, about.raw)
 
     def publish_message(self, message: bytes, about: bytes) -> bool:
-        """A header and a payload of any length; False: there is no room."""
+        """Send a header and a payload of any length; False if there is no room."""
         header, payload = message[:HEADER_SIZE], message[HEADER_SIZE:]
         about = about.ljust(_ABOUT_SIZE, b"\0")
         published = self._library.canwire_publish_message(
@@ -110,7 +110,7 @@ class RingPair:
         return bool(published)
 
     def want_frames(self) -> bool:
-        """A byte will come with the next frame; False: there is one."""
+        """Request a byte on the socket with the next frame; False if there is already a frame."""
         return bool(self._library.canwire_want_frames(self._block))
 
 

@@ -1,4 +1,4 @@
-"""Serves the CAN sockets of one `canwire run`: made, answered and ended here, until the program and they are gone."""
+"""Serves the CAN sockets of one `canwire run`, until the program has ended and all sockets are closed."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _times(layout: struct.Struct, request: Request) -> tuple[int, ...]:
 
 
 class Left(NamedTuple):
-    """What is still on its way after the programs."""
+    """What is still to be sent after the programs have ended."""
 
     pending: int
     sockets: int
@@ -58,7 +58,7 @@ class Left(NamedTuple):
 class Server:
     """`directory` gets the table, the rings and the socket of requests; `library` is the shim.
 
-    `say` puts one line in front of people.
+    `say` shows one line to the user.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class Server:
         self._say_what_is_unplaced()
 
     def run(self, programs: tuple[int, int]) -> None:
-        """Until all of these are readable or hung up, and nobody has a socket any more."""
+        """Serve until all of these descriptors are readable or hung up, and no program has a socket any more."""
         self._loop.soon(numpy_module)  # loads while the program starts
         self._alive = set(programs)
         for descriptor in programs:
@@ -163,7 +163,7 @@ class Server:
         for loss in self._setting.interfaces.losses():
             self._setting.say(loss)
         if state.pending:
-            self._say_once("frames did not go out: nobody acknowledges them, or the line is not on its bus")
+            self._say_once("frames were not sent: no node acknowledges them, or the line is not on its bus")
 
     def _left(self) -> Left:
         return Left(self._ports.pending(), len(self._sockets), self._ports.progress())

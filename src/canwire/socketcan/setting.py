@@ -1,4 +1,4 @@
-"""What everything in a server has in common."""
+"""The objects that all parts of a server share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Setting:
-    """The hub, the loop, the table; `say` puts one line in front of people, `epoch_ns` makes hub time the wall's."""
+    """The hub, the loop, the table; `say` shows one line to the user; hub time + `epoch_ns` is ns since 1970."""
 
     def __init__(
         self,
@@ -43,12 +43,12 @@ class Setting:
         self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
 
     def fault(self, where: str, error: Exception) -> None:
-        """Something here is wrong, and showed itself in what this program asked for: people hear of it once."""
+        """Report a fault of the server itself, found in a request of this program, once."""
         what = f"{where}: {type(error).__name__}: {error}; this is canwire's own fault, please report it"
         if what not in self._faults:
             self._faults.add(what)
             self.say(what)
 
     def gathering(self) -> Gathering | None:
-        """Of one who looks for frames; None where programs keep one time: nobody waits for more by the clock."""
+        """The Gathering for a reader of frames; None in lockstep, where no reader waits by the clock."""
         return None if self.timed else Gathering(self.loop.clock_s)

@@ -1,8 +1,8 @@
-"""The table in shared memory that the shim reads: which interfaces there are, and each socket's own settings.
+"""The table in shared memory that the shim reads: all interfaces, and the settings of each socket.
 
-shim/shim.h has the same layout in C. The server writes interfaces and makes slots; options that concern only what a
-call returns (timestamps, drop counts, sizes) the shim keeps in the slot by itself, so that they hold for every process
-that has the socket.
+shim/shim.h has the same layout in C. The server writes interfaces and makes slots. The shim itself stores options that
+only affect the results of calls (timestamps, drop counts, sizes) in the slot, so that they apply to every process that
+has the socket.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _WORDS = struct.Struct("<II")
 
 
 class Stamps(NamedTuple):
-    """What a program wants to have with its messages: types of control messages, 0: none."""
+    """The control messages that a program wants with its messages: their types, 0: none."""
 
     plain: int
     stamping: int
@@ -69,7 +69,7 @@ class Table:
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
 
     def keep_time(self, epoch_ns: int) -> None:
-        """The programs' time is what `set_time` says from now on."""
+        """From now on the programs' time is that of `set_time`."""
         _WORD.pack_into(self._memory, _TIMED_AT, 1)
         _LONG.pack_into(self._memory, _EPOCH_AT, epoch_ns)
 
@@ -77,13 +77,13 @@ class Table:
         _LONG.pack_into(self._memory, _NOW_AT, now_ns)
 
     def set_netlink_port(self, port: int) -> None:
-        """Where programs' netlink sockets lead; 0: to the kernel alone."""
+        """The port for programs' netlink sockets; 0: only the kernel."""
         _WORD.pack_into(self._memory, _NETLINK_AT, port)
 
     # interfaces
 
     def add_interface(self, name: str, mtu: int, flags: int) -> tuple[int, int] | None:
-        """Its place in the table and its index, which no other one ever has; None where all places are taken."""
+        """Add an interface; returns its place in the table and its unique index, None if all places are in use."""
         place = self._next_place()
         if place is None:
             return None
@@ -95,7 +95,7 @@ class Table:
         return place, index
 
     def remove_interface(self, place: int) -> None:
-        """It is GONE; its place is another one's some time."""
+        """Mark an interface as GONE; its place is used again later."""
         self._resting.append(place)
 
     def _next_place(self) -> int | None:
@@ -111,7 +111,7 @@ class Table:
     # slots
 
     def take_slot(self, protocol: int, type: int) -> int | None:
-        """A new socket's; None if all are taken."""
+        """A slot for a new socket; None if all are in use."""
         if not self._free:
             return None
         slot = self._free.pop()
@@ -122,7 +122,7 @@ class Table:
         return slot
 
     def free_slot(self, slot: int) -> None:
-        """Nobody has a descriptor of it any more."""
+        """Free the slot of a socket without descriptors."""
         self.watch(slot, False)
         self._free.append(slot)
         self._count_slots()
@@ -132,58 +132,58 @@ class Table:
         _WORD.pack_into(self._memory, _SLOTS_IN_USE_AT, MOST_SLOTS - len(self._free))
 
     def bind(self, slot: int, interface: int) -> None:
-        """To this index; 0: to all."""
+        """Bind a socket to the interface with this index; 0: to all."""
         _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, interface, 1)
 
     def bound_to(self, slot: int) -> int:
-        """This index; 0: to all, or not bound."""
+        """The index of the interface that a socket is bound to; 0: to all, or not bound."""
         found: int = _PAIR.unpack_from(self._memory, _at(slot) + _BOUND_OFFSET)[0]
         return found
 
     def set_identifiers(self, slot: int, receives: int, sends: int) -> None:
-        """Of an ISO-TP socket, flags included."""
+        """Set the identifiers of an ISO-TP socket, with flags."""
         _WORDS.pack_into(self._memory, _at(slot) + _IDENTIFIERS_OFFSET, receives, sends)
 
     def unbind(self, slot: int) -> None:
-        """Its interface is gone."""
+        """Unbind a socket whose interface is gone."""
         _PAIR.pack_into(self._memory, _at(slot) + _BOUND_OFFSET, 0, 0)
 
     def allow_fd(self, slot: int, allowed: bool) -> None:
         _WORD.pack_into(self._memory, _at(slot) + _FD_OFFSET, int(allowed))
 
     def set_error(self, slot: int, error: int) -> None:
-        """What SO_ERROR tells once; poll says so, too."""
+        """Set the error that SO_ERROR returns once, and that poll reports."""
         if error:
             self._watched.add(slot)
             _WORD.pack_into(self._memory, _WATCHED_AT, len(self._watched))
         _WORD.pack_into(self._memory, _at(slot) + _ERROR_OFFSET, error)
 
     def receive_buffer(self, slot: int) -> int:
-        """Bytes, as the program has set them; the kernel's default else."""
+        """The size of the receive buffer in bytes, as the program has set it; else the kernel's default."""
         found: int = _WORD.unpack_from(self._memory, _at(slot) + _RECEIVE_OFFSET)[0]
         return found
 
     # CAN_J1939
 
     def broadcasts(self, slot: int) -> bool:
-        """SO_BROADCAST is set."""
+        """True if SO_BROADCAST is set."""
         return _WORD.unpack_from(self._memory, _at(slot) + _BROADCASTS_OFFSET)[0] != 0
 
     def set_broadcasts(self, slot: int, on: bool) -> None:
         _WORD.pack_into(self._memory, _at(slot) + _BROADCASTS_OFFSET, int(on))
 
     def watch(self, slot: int, on: bool) -> None:
-        """It has an error queue, or a ring that is mapped: poll looks at that."""
+        """The socket has an error queue or a mapped ring, which poll has to check."""
         self._watched.add(slot) if on else self._watched.discard(slot)
         _WORD.pack_into(self._memory, _at(slot) + _WATCHED_OFFSET, int(on))
         _WORD.pack_into(self._memory, _WATCHED_AT, len(self._watched))
 
     def place_ring(self, slot: int, state_at: int) -> None:
-        """Where the state of what came last in its mapped ring is, bytes; -1: nothing has come."""
+        """Set the offset in bytes of the state of the last entry in its mapped ring; -1: no entry yet."""
         _WORD.pack_into(self._memory, _at(slot) + _RING_OFFSET, state_at + 1)
 
     def count_errors(self, slot: int, count: int) -> None:
-        """So many entries are in its error queue."""
+        """Set the number of entries in its error queue."""
         _WORD.pack_into(self._memory, _at(slot) + _QUEUED_OFFSET, count)
 
     # of programs whose calls the server answers
@@ -194,7 +194,7 @@ class Table:
         return found
 
     def identifiers(self, slot: int) -> tuple[int, int]:
-        """Of an ISO-TP socket: what it receives, what it sends."""
+        """The identifiers of an ISO-TP socket: the received one and the sent one."""
         receives, sends = _WORDS.unpack_from(self._memory, _at(slot) + _IDENTIFIERS_OFFSET)
         return receives, sends
 
@@ -205,11 +205,11 @@ class Table:
         _STAMPS.pack_into(self._memory, _at(slot) + _STAMPS_OFFSET, *stamps)
 
     def set_receive_buffer(self, slot: int, size: int) -> None:
-        """Bytes, as SO_RCVBUF shows them."""
+        """Set the size of the receive buffer in bytes, as SO_RCVBUF returns it."""
         _WORD.pack_into(self._memory, _at(slot) + _RECEIVE_OFFSET, size)
 
     def take_error(self, slot: int) -> int:
-        """What SO_ERROR tells once."""
+        """Return the error for SO_ERROR, and clear it."""
         found: int = _WORD.unpack_from(self._memory, _at(slot) + _ERROR_OFFSET)[0]
         self.set_error(slot, 0)
         return found

@@ -1,7 +1,7 @@
 """Converts batches of frames between the hub's records and the messages on the sockets to the shim.
 
-A received message is a header and a `struct can_frame` (16 bytes) or `canfd_frame` (72), a sent one likewise with a
-smaller header: shim/shim.h's `struct received` and `struct sent`.
+A received message is a header and a `struct can_frame` (16 bytes) or `canfd_frame` (72); a sent one has the same form
+with a smaller header: `struct received` and `struct sent` of shim/shim.h.
 """
 
 from __future__ import annotations
@@ -45,10 +45,9 @@ _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 
 class Batch:
-    """What a line has told, in its order. `owners`: slots of the sockets that sent a frame, else -1.
+    """Frames and events of a line, in order. `owners`: slots of the sockets that sent each frame, else -1.
 
-    `errors` is a mask: which are error frames; None: there is none. `rows` (received_dtype) are made when somebody
-    asks for them.
+    `errors` is a mask of the error frames; None: there is none. `rows` (received_dtype) are made on first use.
     """
 
     def __init__(self, make: Callable[[], Array], owners: Array, errors: Array | None) -> None:
@@ -73,7 +72,7 @@ _FRAME_FIELDS = [
 
 @cache
 def numpy_module() -> Any:
-    """numpy, once record_dtype has said in words where it is missing."""
+    """numpy; if it is missing, record_dtype raises an error that says so."""
     record_dtype()
     import numpy
 
@@ -82,7 +81,7 @@ def numpy_module() -> Any:
 
 @cache
 def received_dtype() -> Any:
-    """96 bytes: as the server sends them; those after a short frame are not sent."""
+    """96 bytes: the form in which the server sends frames; bytes after a short frame are not sent."""
     header = [
         ("stamp_ns", "<u8"),
         ("drops", "<u4"),
@@ -96,7 +95,7 @@ def received_dtype() -> Any:
 
 @cache
 def sent_dtype() -> Any:
-    """80 bytes: what a program's frame arrives in."""
+    """80 bytes: the form in which the frames of programs arrive."""
     return numpy_module().dtype([("interface", "<i4"), ("size", "<u4"), *_FRAME_FIELDS])
 
 
@@ -160,7 +159,7 @@ def records_to_send(frames: Array) -> Array:
 
 
 def keep_remote_data(records: Array, frames: Array) -> None:
-    """Put the data that programs wrote into remote frames, which no bus carries, into these records."""
+    """Copy the data that programs wrote into remote frames, which no bus carries, to these records."""
     remote = records["info"] & REMOTE != 0
     if remote.any():
         records["data"][remote, :8] = frames["data"][remote, :8]
@@ -174,7 +173,7 @@ def row_of(frame: bytes, index: int) -> Array:
 
 
 def sound(frames: Array) -> Array:
-    """Which of what programs sent can be a frame at all: the shim has checked, but it is the program's."""
+    """A mask of the valid frames among those of programs: the shim checks them, but belongs to the program."""
     size, length = frames["size"], frames["len"]
     classic = (size == CAN_MTU) & (length <= 8)
     fd = (size == CANFD_MTU) & (length <= 64)

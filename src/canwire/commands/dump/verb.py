@@ -15,7 +15,8 @@ canwire dump can0 --json -e           an object a line, for programs
 canwire dump can0 --pcapng now.pcapng    packets, for Wireshark; live: --pcapng - | wireshark -k -i -
 
 Frames that the line itself sends are shown as well. At the end, also after Ctrl-C, stderr shows how many frames were
-shown, how many were lost because they were not read in time, and how many errors the line saw, in total and by kind.
+shown, how many were lost because they were not read in time, and how many errors were seen: the total of all lines,
+and then the numbers of each line.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ _ALL = 1 << 16
 
 
 class Beyond(Protocol):
-    """Where the other copies of an event are."""
+    """The access of an event to its other copies."""
 
     def signalled(self, event: EventDescriptor) -> None:
         """This copy was signalled here: signal the other copies, if they are meant to receive it."""
@@ -53,7 +53,7 @@ class EventDescriptor(Waiting):
 
     @classmethod
     def adopt_each(cls, copies: tuple[EventDescriptor, ...], count: int) -> list[EventDescriptor]:
-        """So many events."""
+        """`count` events."""
         return list(copies[:count])
 
     def __repr__(self) -> str:
@@ -74,7 +74,7 @@ class EventDescriptor(Waiting):
 
     @property
     def beyond(self) -> Beyond | None:
-        """Where its other copies are."""
+        """The access to the other copies."""
         return self._beyond
 
     def signal(self) -> None:

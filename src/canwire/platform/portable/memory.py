@@ -82,7 +82,7 @@ class Memory:
         return Memory(os.dup(self.descriptor), self._name)
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the file; a second call has no effect."""
         closed, self._closed = self._closed, True
         if not closed:
             os.close(self.descriptor)

@@ -45,12 +45,12 @@ class Message:
 
     @property
     def size(self) -> int:
-        """Bytes of the whole."""
+        """The size of the whole message in bytes."""
         return HEAD_SIZE + sum(map(len, self.frames))
 
     @classmethod
     def parse(cls, data: bytes) -> Message:
-        """As a program writes it; raises OSError for what the kernel refuses as EINVAL."""
+        """The message in a program's bytes; raises OSError (EINVAL) for one that the kernel refuses."""
         if len(data) < HEAD_SIZE:
             raise refuse(errno.EINVAL)
         opcode, flags, count, s1, us1, s2, us2, can_id, nframes = _HEAD.unpack_from(data)

@@ -1,4 +1,4 @@
-"""TX_SETUP's operation: frames that go out in turn, a while at one interval, then at another.
+"""The operation of TX_SETUP: frames that are sent in turn, some times at one interval, then at another.
 
 Source: the kernel's documentation, networking/can.rst 4.2; what happens in which order is the kernel's.
 """
@@ -30,7 +30,7 @@ class Repeated(Protocol):
     """A frame that cyclic.py repeats."""
 
     def replace(self, frame: bytes) -> bool:
-        """Another frame at the same times; False where that cannot be."""
+        """Send another frame at the same times; False if that is impossible."""
 
     def stop(self) -> None: ...
 
@@ -39,9 +39,9 @@ Repeat = Callable[[bytes, float], Repeated | None]
 
 
 class Sending:
-    """`send` puts one frame on the bus, `tell` a message before the program. Occurrences keep to their times.
+    """`send` puts one frame on the bus, `tell` passes a message to the program. Delays do not shift later occurrences.
 
-    `repeat` has somebody else send one frame without end, every so many seconds; None where that cannot be.
+    `repeat` lets the hub send one frame without end at an interval in seconds; it returns None if that is impossible.
     """
 
     def __init__(
@@ -64,13 +64,13 @@ class Sending:
         self._apply(setup)
 
     def change(self, setup: Message) -> None:
-        """TX_SETUP for what is there already; raises OSError (E2BIG) for more frames than before."""
+        """TX_SETUP for an existing operation; raises OSError (E2BIG) for more frames than before."""
         if len(setup.frames) > len(self._kept.frames):
             raise refuse(errno.E2BIG)
         self._apply(setup)
 
     def status(self) -> Message:
-        """TX_READ's answer."""
+        """The answer to TX_READ."""
         return replace(self._kept, opcode=TX_STATUS)
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""RX_SETUP's operation: reports changed frames of an identifier, and the timeout when no more frames arrive.
+"""The operation of RX_SETUP: reports changed frames of an identifier, and the timeout when no more frames arrive.
 
 Source: the kernel's documentation, networking/can.rst 4.2; what happens in which order is the kernel's.
 """
@@ -31,7 +31,7 @@ _MULTIPLEX = 8  # bytes of the first frame that choose among the others
 
 
 class Watching:
-    """`tell(message, stamp_ns)` puts a message before the program, `send` answers a remote frame."""
+    """`tell(message, stamp_ns)` passes a message to the program, `send` answers a remote frame."""
 
     def __init__(
         self,
@@ -53,13 +53,13 @@ class Watching:
         self._apply(setup)
 
     def change(self, setup: Message) -> None:
-        """RX_SETUP for what is there already; raises OSError (E2BIG) for more frames than before."""
+        """RX_SETUP for an existing operation; raises OSError (E2BIG) for more frames than before."""
         if len(setup.frames) > self._most:
             raise refuse(errno.E2BIG)
         self._apply(setup)
 
     def status(self) -> Message:
-        """RX_READ's answer."""
+        """The answer to RX_READ."""
         return replace(self._kept, opcode=RX_STATUS)
 
     def stop(self) -> None:
@@ -69,7 +69,7 @@ class Watching:
         self._timeout = self._throttle = None
 
     def take(self, frame: bytes, stamp_ns: int) -> None:
-        """A frame with this identifier has come."""
+        """A frame with this identifier has arrived."""
         kept = self._kept
         if self._timeout is not None:
             self._timeout.cancel()

@@ -1,1 +1,1 @@
-"""socketcand's protocol over TCP, for programs that reach CAN that way: Kayak, SavvyCAN, python-can's `socketcand`."""
+"""A server with socketcand's protocol over TCP, for Kayak, SavvyCAN, python-can's `socketcand` and others."""

@@ -36,7 +36,7 @@ _SENDS = ("send", "sendrtr", "fdsend")
 class Client:
     """`find(name)` opens an interface, `configure` sets one up by a command; both raise OSError.
 
-    `slot` is this client's number among all. One that has opened no bus after `greeting_s` seconds is closed.
+    `slot` is the unique number of this client. A client that has opened no bus after `greeting_s` seconds is closed.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the connection; a second call has no effect."""
         if self._over:
             return
         self._over = True
@@ -225,7 +225,7 @@ class Client:
     def _send(self, port: Port, frame: bytes) -> None:
         row = row_of(frame, port.interface.index)
         if not sound(row).all():
-            raise BadText("no such frame can be sent")
+            raise BadText("this frame cannot be sent")
         if port.lost:
             self.end_with("the bus is gone")
         elif port.room():
@@ -268,7 +268,7 @@ class Client:
     # hearing
 
     def take(self, batch: Batch) -> None:
-        """Frames of the interface: Listener's."""
+        """See Listener: frames of the interface have arrived."""
         if self._mode == "raw" or self._jobs.watchings or self._mode == "control" or self._isotp is not None:
             for row, owner in zip(batch.rows, batch.owners, strict=True):
                 frame = row.tobytes()[HEADER_SIZE : HEADER_SIZE + int(row["length"])]
@@ -292,9 +292,9 @@ class Client:
             self._say(text)
 
     def congested(self) -> bool:
-        """A hub in fast time waits for a client that reads slowly: Listener's."""
+        """See Listener: a hub in fast time waits for a client that reads slowly."""
         return len(self._output) > _MOST_UNREAD // 2
 
     def interface_lost(self, interface: Interface, error: int) -> None:
-        """Its line was stopped or is gone: Listener's."""
+        """See Listener: the line of the interface was stopped or is gone."""
         self.end_with(f"{interface.name} is down")

@@ -1,6 +1,6 @@
-"""`< can0 B ... >` and `< can0 C ... >`: a bus is stopped and set up again before it is opened.
+"""`< can0 B ... >` and `< can0 C ... >`: stop a bus and set it up again before it is opened.
 
-Source: linux-can/socketcand, doc/protocol.md and canctl.c: the words go into a struct can_bittiming as they are.
+Source: linux-can/socketcand, doc/protocol.md and canctl.c: the words are copied into a struct can_bittiming.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _LARGEST = (1 << 31) - 1
 
 
 def is_configuration(words: Sequence[str]) -> bool:
-    """Is it one of the two?"""
+    """True if this is one of the two commands."""
     return len(words) > 1 and words[1] in ("B", "C")
 
 
 def configure(links: Links, interface: Interface, words: Sequence[str]) -> None:
-    """Raises BadText for words that mean nothing, OSError where the bus cannot be set up so."""
+    """Execute one of them. Raises BadText for an invalid command, OSError if the bus cannot be set up like this."""
     data = (_timing if words[1] == "B" else _modes)(words[2:])
     try:
         links.change(interface, link_request(interface, up=False))
@@ -42,7 +42,7 @@ def configure(links: Links, interface: Interface, words: Sequence[str]) -> None:
 
 
 def start(links: Links, interface: Interface) -> None:
-    """Bring it up. Raises OSError."""
+    """Start the interface. Raises OSError."""
     try:
         links.change(interface, link_request(interface, up=True))
     except Refused as error:
@@ -52,7 +52,7 @@ def start(links: Links, interface: Interface) -> None:
 def _timing(words: Sequence[str]) -> list[tuple[int, bytes]]:
     if len(words) != _TIMING_WORDS:
         raise BadText(
-            "B: bitrate sample_point tq prop_seg phase_seg1 phase_seg2 sjw brp, -1 for what is left open"
+            "B: bitrate sample_point tq prop_seg phase_seg1 phase_seg2 sjw brp, -1 for a value that is left open"
         )
     try:
         values = [int(word) for word in words]

@@ -37,18 +37,18 @@ _FIRST_SLOT = 1 << 16  # numbers of clients, apart from those of the table
 
 
 def check_beacon(listens: Address, beacon: str) -> None:
-    """Raises BadValue where it would send other machines to their own loopback."""
+    """Raises BadValue if the beacon would name a loopback address or a Unix socket to other machines."""
     if isinstance(listens, str):
         raise BadValue(f"beacon to {beacon}: nobody else reaches {listens}; give --listen HOST:PORT")
     if _is_loopback(listens[0]) and not _is_loopback(beacon):
         raise BadValue(
-            f"beacon to {beacon}: it would name {listens[0]}, which is no way to this machine; give --listen with the "
-            "address that others reach it by"
+            f"beacon to {beacon}: it would name {listens[0]}, by which other machines cannot reach this one; give "
+            "--listen with an address that they can reach"
         )
 
 
 def announced(listens: str, beacon: str) -> str:
-    """The address that a beacon names: of all of this machine's, the one that the way there begins with."""
+    """The address that a beacon names: if the server listens on all, this machine's address on the way to `beacon`."""
     if not ipaddress.ip_address(listens).is_unspecified:
         return listens
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as way:
@@ -65,7 +65,7 @@ def _is_loopback(host: str) -> bool:
 
 
 class Daemon:
-    """Serves the hub's buses until `stop` is signalled or the hub is gone. `say` puts one line in front of people."""
+    """Serves the hub's buses until `stop` is signalled or the hub is gone. `say` shows one line to the user."""
 
     def __init__(
         self,
@@ -79,10 +79,10 @@ class Daemon:
         beacon: str = "",
         greeting_s: float = 30,
     ) -> None:
-        """`beacon`: an address to which it says every 2 s that it is there, "" for none. A client that has opened no
-        bus after `greeting_s` seconds is closed, and earlier if others need its place.
+        """`beacon`: an address to which it announces itself every 2 s, "" for none. A client that has opened no bus
+        after `greeting_s` seconds is closed, and earlier if other clients need its place.
 
-        Raises OSError, HubError, BadValue for a beacon about a port that nobody there can reach.
+        Raises OSError, HubError, and BadValue for a beacon that names an unreachable port.
         """
         if beacon:
             check_beacon(address, beacon)
@@ -111,7 +111,7 @@ class Daemon:
             self._announce()
 
     def run(self, stop: Event) -> None:
-        """Until then; the clients' connections end with it."""
+        """Serve until `stop` is signalled; then the clients' connections end."""
         self._loop.watch(stop.fileno(), READABLE, lambda _: self._loop.stop())
         try:
             self._loop.run()
@@ -163,7 +163,9 @@ class Daemon:
     def _gone(self, client: Client) -> None:
         self._clients.pop(client, None)
         if client.lost:
-            self._setting.say(f"a client has left; {client.lost} frames were lost, it did not read")
+            self._setting.say(
+                f"a client has left; {client.lost} frames were lost because it did not read them"
+            )
 
     def _find(self, name: str) -> Port:
         interface = self._interface(name)

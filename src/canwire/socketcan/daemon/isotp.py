@@ -1,6 +1,6 @@
 """The ISO-TP mode of a client: one channel of two identifiers, set up by isotpconf, and its messages as text.
 
-Source: linux-can/socketcand, doc/protocol.md, and for what that leaves open its state_isotp.c.
+Source: linux-can/socketcand, doc/protocol.md, and its state_isotp.c for details that the document leaves open.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _NEEDED = {TX_PADDING: 6, RX_PADDING: 7, EXTEND_ADDR: 8, RX_EXT_ADDR: 9}  # word
 
 
 def options_of(words: Sequence[str]) -> tuple[int, int, Options]:
-    """What isotpconf's words say: the identifier to send with, that to receive, and the rest. Raises BadText."""
+    """The values of isotpconf: the identifier to send with, the one to receive, and the options. Raises BadText."""
     if not 6 <= len(words) <= 11:
         raise BadText("isotpconf: tx_id rx_id flags blocksize stmin, and up to five more")
     sends, receives = identifier(words[1]), identifier(words[2])
@@ -70,7 +70,7 @@ def pdu_of(words: Sequence[str]) -> bytes:
 
 
 class IsoTp:
-    """`put` sends a frame, `tell` says something to the client. Messages are sent one after the other."""
+    """`put` sends a frame, `tell` sends a text to the client. Messages are sent one after the other."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class IsoTp:
         self._waiting: list[bytes] = []
 
     def send(self, message: bytes) -> None:
-        """Now, or after those before it. Raises BadText for one that cannot be sent."""
+        """Send a message after the earlier ones. Raises BadText if it cannot be sent."""
         if not self._sender.fits(len(message)):
             raise BadText(f"sendpdu: {len(message)} bytes are too many for this channel")
         if self._sender.state is State.IDLE:
@@ -98,7 +98,7 @@ class IsoTp:
             self._waiting.append(message)
 
     def take(self, can_id: int, data: bytes, stamp_ns: int, own: bool) -> None:
-        """A frame of the bus, classic; `own` is one of this client's."""
+        """Process a classic frame of the bus; `own`: this client sent it."""
         if own:
             self._sender.confirm(int(can_id == self._sends))
             return
@@ -115,7 +115,7 @@ class IsoTp:
             self._receiver.take(data, stamp_ns)
 
     def stop(self) -> None:
-        """Nothing is sent or told any more."""
+        """Stop sending and reporting."""
         self._waiting.clear()
         self._receiver.stop()
         self._sender.stop()

@@ -1,4 +1,4 @@
-"""The BCM mode of a client: frames that are sent again and again, and identifiers that are watched."""
+"""The BCM mode of a client: frames that are sent periodically, and identifiers that are watched."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Jobs:
-    """`put` sends a frame, `tell` says something to the client."""
+    """`put` sends a frame, `tell` sends a text to the client."""
 
     def __init__(self, loop: Loop, put: Callable[[bytes], object], tell: Callable[[str], object]) -> None:
         self._loop = loop
@@ -27,7 +27,7 @@ class Jobs:
         self.watchings: dict[int, Watching] = {}
 
     def manage(self, message: Message) -> None:
-        """A request but TX_SEND. Raises BadText where there is no such job."""
+        """Execute a request other than TX_SEND. Raises BadText if the job does not exist."""
         can_id = message.can_id
         if message.opcode == TX_DELETE and can_id in self._sendings:
             self._sendings.pop(can_id).stop()
@@ -47,7 +47,7 @@ class Jobs:
             self._sendings[can_id] = Sending(self._loop, self._put, lambda _: None, message)
 
     def stop(self) -> None:
-        """All of them are over."""
+        """End all jobs."""
         operations: list[Sending | Watching] = [*self._sendings.values(), *self.watchings.values()]
         for operation in operations:
             operation.stop()

@@ -1,4 +1,4 @@
-"""Where socketcand's clients connect: a TCP port, a Unix socket in the file system, or an abstract one (@name)."""
+"""The address for socketcand's clients: a TCP port, a Unix socket in the file system, or an abstract one (@name)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Address = tuple[str, int] | str
 
 
 def parse_address(text: str) -> Address:
-    """Host and port of "127.0.0.1:29536", either may be left out; a path or @name as it is. Raises BadValue."""
+    """Host and port of "127.0.0.1:29536", each of which may be left out; a path or @name unchanged. Raises BadValue."""
     if "/" in text or text.startswith("@"):
         if not hasattr(socket, "AF_UNIX"):
             raise BadValue(f"{text}: this system has no Unix sockets; HOST:PORT such as 127.0.0.1:{PORT}")
@@ -39,14 +39,14 @@ def listener(address: Address) -> socket.socket:
 
 
 def forget(address: Address) -> None:
-    """A Unix socket's file goes with it."""
+    """Remove the file of a Unix socket."""
     if isinstance(address, str) and not address.startswith("@"):
         with contextlib.suppress(FileNotFoundError):
             os.unlink(address)
 
 
 def shown(address: Address) -> str:
-    """In words."""
+    """The address as text."""
     return address if isinstance(address, str) else f"{address[0]}:{address[1]}"
 
 

@@ -1,4 +1,4 @@
-"""`< statistics 1000 >`: what a client's bus has carried, every so many milliseconds."""
+"""`< statistics 1000 >`: reports the traffic of a client's bus at an interval in milliseconds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LONGEST_INTERVAL_MS = 1 << 31
 
 
 class Statistics:
-    """Frames and their bytes, received and sent; `tell` says them to the client."""
+    """Frames and their bytes, received and sent; `tell` sends the report to the client."""
 
     def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:
         self._loop = loop
@@ -33,7 +33,7 @@ class Statistics:
         self._sent[1] += size
 
     def ask(self, words: Sequence[str]) -> None:
-        """The command; 0 ends it. Raises BadText."""
+        """Execute the command; interval 0 ends the reports. Raises BadText."""
         if len(words) != 2 or not words[1].isdecimal() or int(words[1]) > _LONGEST_INTERVAL_MS:
             raise BadText("statistics: an interval in milliseconds")
         self.stop()

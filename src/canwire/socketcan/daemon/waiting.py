@@ -1,4 +1,4 @@
-"""What the server waits with where there is no epoll."""
+"""The server's way to wait on systems without epoll."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from canwire.socketcan.loop import READABLE, WRITABLE, Polled, Waiter
 
 
 class Selected:
-    """Any other system: sockets and events alone, which is all that socketcand's protocol needs."""
+    """For other systems: waits for sockets and events only, which is enough for socketcand's protocol."""
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -27,7 +27,7 @@ class Selected:
             self._selector.unregister(descriptor)
 
     def wait(self, seconds: float | None) -> list[tuple[int, int]]:
-        """Descriptors and their events; none after so many seconds (None: never)."""
+        """Descriptors and their events; empty after `seconds` (None: no limit)."""
         found = self._selector.select(seconds)
         return [
             (
@@ -43,7 +43,7 @@ class Selected:
 
 
 def usual() -> Waiter:
-    """This system's best."""
+    """The best way to wait on this system."""
     return Polled() if hasattr(select, "epoll") else Selected()
 
 

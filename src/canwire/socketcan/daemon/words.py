@@ -62,7 +62,7 @@ def sent_frame(words: Sequence[str]) -> bytes:
 
 
 def request(words: Sequence[str]) -> Message:
-    """A command of the BCM mode as the broadcast manager's request. Raises BadText for what is none."""
+    """A command of the BCM mode as a request to the broadcast manager. Raises BadText for an unknown command."""
     name = words[0]
     if name == "send":
         frame = sent_frame(words)
@@ -136,7 +136,7 @@ def _data(length: str, words: Sequence[str], most: int) -> bytes:
 
 
 def identifier(word: str) -> int:
-    """With the flag of the 29-bit format. Raises BadText."""
+    """The identifier word, with the flag for the 29-bit format. Raises BadText."""
     if not _HEX_ID.fullmatch(word):
         raise BadText(f"identifier {word[:12]!r}: up to eight hex digits")
     value = int(word, 16)
@@ -147,7 +147,7 @@ def identifier(word: str) -> int:
 
 
 def number(word: str, base: int, most: int) -> int:
-    """0 to `most`. Raises BadText."""
+    """A number from 0 to `most`. Raises BadText."""
     try:
         value = int(word, base)
     except ValueError:

@@ -1,1 +1,1 @@
-"""CAN_ISOTP: messages of up to 66,000 bytes in frames (ISO 15765-2), without I/O and with time handed in."""
+"""CAN_ISOTP: messages of up to 66,000 bytes in frames (ISO 15765-2). No I/O; times are arguments."""

@@ -1,6 +1,6 @@
 """ISO-TP's four kinds of frames as bytes of data.
 
-Source: ISO 15765-2:2016 9.6; what is padded, and with what, is the kernel's (linux/can/isotp.h).
+Source: ISO 15765-2:2016 9.6; padding is that of the kernel (linux/can/isotp.h).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def single(options: Options, data: bytes) -> bytes | None:
 
 
 def first(options: Options, data: bytes) -> tuple[bytes, int]:
-    """The first frame of a message, and how many bytes of it that takes."""
+    """The first frame of a message, and the number of the message's bytes in it."""
     size = len(data)
     if size <= _LONGEST_SHORT:
         head = bytes((FIRST | size >> 8, size & 0xFF))
@@ -44,14 +44,14 @@ def first(options: Options, data: bytes) -> tuple[bytes, int]:
 
 
 def consecutive(options: Options, number: int, data: bytes) -> tuple[bytes, int]:
-    """The next one, and how many bytes that takes; `number` counts from 1."""
+    """The next frame, and the number of the message's bytes in it; `number` counts from 1."""
     room = options.length - options.extended - 1
     part = data[:room]
     return _padded(options, bytes((CONSECUTIVE | number & 0xF,)) + part), len(part)
 
 
 def flow_control(options: Options, status: int) -> bytes:
-    """What this side answers; on its own padding, which is that of what it receives."""
+    """The flow control that this side sends, with the padding for received messages."""
     body = bytes((FLOW_CONTROL | status, options.block_size, options.stmin))
     body = _address(options) + body
     return body.ljust(_CLASSIC, bytes((options.rx_pad,))) if options.flags & RX_PADDING else body
@@ -65,7 +65,7 @@ def gap_ns(stmin: int) -> int:
 
 
 def well_padded(options: Options, frame: bytes, used: int) -> bool:
-    """Whether the rest after the `used` bytes of a received frame is as this socket wants it."""
+    """True if the bytes after the first `used` ones of a received frame are the padding that this socket requires."""
     if not options.flags & (CHK_PAD_LEN | CHK_PAD_DATA):
         return True
     wanted = _fitting(used)

@@ -1,4 +1,4 @@
-"""How an ISO-TP socket is set up.
+"""The options of an ISO-TP socket.
 
 Source: linux/can/isotp.h.
 """
@@ -48,7 +48,7 @@ class Options:
 
     @property
     def extended(self) -> int:
-        """Bytes of address before the protocol's own: 1 in extended and mixed addressing."""
+        """The number of address bytes before those of the protocol: 1 in extended and mixed addressing."""
         return int(bool(self.flags & EXTEND_ADDR))
 
     @property
@@ -56,7 +56,7 @@ class Options:
         return self.rx_address if self.flags & RX_EXT_ADDR else self.address
 
     def changed(self, name: int, value: bytes) -> Options:
-        """With a socket option; raises OSError for one that is broken or unknown."""
+        """The options with this socket option set; raises OSError for an invalid or unknown one."""
         sizes = {OPTS: 12, RECV_FC: 3, TX_STMIN: 4, RX_STMIN: 4, LL_OPTS: 3}
         if name not in sizes:
             raise refuse(errno.ENOPROTOOPT)
@@ -76,7 +76,7 @@ class Options:
         return replace(self, mtu=mtu, length=length, frame_flags=flags)
 
     def value(self, name: int) -> bytes:
-        """A socket option as the program reads it; raises OSError."""
+        """The value of a socket option, as the program reads it; raises OSError."""
         if name == OPTS:
             time = self.frame_time_ns or _NO_FRAME_TIME
             return _OPTIONS.pack(self.flags, time, self.address, self.tx_pad, self.rx_pad, self.rx_address)

@@ -1,6 +1,6 @@
-"""The receiving side of an ISO-TP socket: frames put together, flow control sent.
+"""The receiving side of an ISO-TP socket: it joins frames to messages and sends flow control.
 
-Source: ISO 15765-2:2016 9.6 to 9.8; errors, and what is passed over in silence, are the kernel's.
+Source: ISO 15765-2:2016 9.6 to 9.8; errors, and frames that are ignored, are those of the kernel.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SHORTEST_SHORT = 7  # a first frame is for more than a single one takes
 
 
 class Receiver:
-    """`put` sends a flow control; `deliver` gets each message with its time, `fail` an errno for one that broke off."""
+    """`put` sends a flow control; `deliver` gets each message with its time, `fail` an errno for an incomplete one."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Receiver:
         self._last_ns = 0
 
     def take(self, frame: bytes, stamp_ns: int) -> None:
-        """A frame's data, its address already looked at."""
+        """Process the data of a frame whose address was already checked."""
         body = frame[self.options.extended :]
         if not body:
             return

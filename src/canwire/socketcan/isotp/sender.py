@@ -1,7 +1,7 @@
 """The sending side of an ISO-TP socket: one message at a time, paced by the receiver.
 
 Times begin when a frame is on the bus: `confirm` is called for each frame that came back from the bus.
-Source: ISO 15765-2:2016 9.7 and 9.8; errors are the kernel's.
+Source: ISO 15765-2:2016 9.7 and 9.8; errors are those of the kernel.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Sender:
         self._waits = 0
 
     def fits(self, size: int) -> bool:
-        """A message of so many bytes can be sent at all (single frames only, where nobody answers)."""
+        """True if a message of this size can be sent (without a receiver that answers: only in a single frame)."""
         alone = self.options.flags & SF_BROADCAST
         return size > 0 and (not alone or layout.single(self.options, bytes(size)) is not None)
 
@@ -85,7 +85,7 @@ class Sender:
             self.state = State.WAITING
 
     def confirm(self, count: int) -> None:
-        """So many of the frames put were on the bus."""
+        """This many of the frames from `put` were on the bus."""
         self._unconfirmed = max(0, self._unconfirmed - count)
         if self.state is State.ENDING and not self._unconfirmed:
             self._finish(0)
@@ -95,7 +95,7 @@ class Sender:
             self._go_on()
 
     def flow_control(self, frame: bytes) -> None:
-        """One has come; its first byte is behind the address."""
+        """Process a flow control, whose address bytes were removed."""
         if self.state is not State.WAITING:
             return
         if len(frame) < 3:

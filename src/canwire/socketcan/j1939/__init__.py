@@ -1,1 +1,1 @@
-"""SAE J1939 as Linux' CAN_J1939 sockets have it: addresses, messages of any length, without I/O; time is handed in."""
+"""SAE J1939 as in Linux' CAN_J1939 sockets: addresses, and messages of any length. No I/O; times are arguments."""

@@ -36,7 +36,7 @@ class Timers(Protocol):
 
 
 class Addresses:
-    """Of one bus."""
+    """The addresses of one bus."""
 
     def __init__(self, timers: Timers) -> None:
         self._timers = timers
@@ -47,28 +47,28 @@ class Addresses:
         self._named: Counter[int] = Counter()  # ... and by name
 
     def use(self, name: int, address: int) -> None:
-        """A socket here is bound so."""
+        """A socket of this server was bound to this name and address."""
         self._users[address] += 1
         self._named[name] += 1
 
     def leave(self, name: int, address: int) -> None:
-        """The reverse."""
+        """A socket of this server is no longer bound to them."""
         self._users[address] -= 1
         self._named[name] -= 1
 
     def is_local(self, address: int) -> bool:
-        """A socket here has it: messages for it are received here."""
+        """True if a socket of this server has this address, so that messages to it are received."""
         if not is_one_s(address):
             return False
         name = self._holders.get(address, NO_NAME)
         return self._users[address] > 0 or (name != NO_NAME and self._named[name] > 0)
 
     def name_of(self, address: int) -> int:
-        """Of who holds it; 0: nobody is known to."""
+        """The name of the holder of this address; 0: no holder is known."""
         return self._holders.get(address, NO_NAME)
 
     def address_of(self, name: int) -> int:
-        """The one that it holds; IDLE_ADDRESS: none."""
+        """The address that this name holds; IDLE_ADDRESS: none."""
         address = self._wanted.get(name, IDLE_ADDRESS)
         return address if self._holders.get(address) == name else IDLE_ADDRESS
 
@@ -96,7 +96,7 @@ class Addresses:
         self._pending[name] = self._timers.call_in(CLAIM_S, lambda: self._settle(name))
 
     def resolved(self, message: Message) -> tuple[int, int]:
-        """Source and destination that a message from here is sent with; raises OSError where names have none."""
+        """The message with its source and destination addresses; raises OSError if a name has no address."""
         source, destination = message.source, message.destination
         if message.pgn == ADDRESS_CLAIMED:
             self._check_claim(message)
@@ -111,7 +111,7 @@ class Addresses:
         return source, destination
 
     def forget(self) -> None:
-        """The bus was taken down: nobody holds anything."""
+        """The bus was taken down: discard all claims."""
         for name in list(self._pending):
             self._withdraw(name)
         self._holders.clear()

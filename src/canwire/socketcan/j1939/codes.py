@@ -71,5 +71,5 @@ def error_of(reason: int) -> int:
 
 
 def packets(size: int) -> int:
-    """How many data frames so many bytes take."""
+    """The number of data frames for this many bytes."""
     return -(-size // PACKET)

@@ -1,4 +1,4 @@
-"""What a J1939 socket is bound and connected to, and which messages it receives therefore.
+"""The addresses that a J1939 socket is bound and connected to, which decide the messages that it receives.
 
 Source: Linux' Documentation/networking/j1939.rst, "API Calls" and "Message Filtering".
 """
@@ -47,14 +47,14 @@ class Filter(NamedTuple):
 
 
 def parse_filters(value: bytes) -> list[Filter]:
-    """Of SO_J1939_FILTER; raises OSError."""
+    """The filters in a value of SO_J1939_FILTER; raises OSError."""
     if len(value) % _FILTER.size or len(value) > MOST_FILTERS * _FILTER.size:
         raise refuse(errno.EINVAL)
     return [Filter(*fields) for fields in _FILTER.iter_unpack(value)]
 
 
 def checked_priority(number: int) -> int:
-    """Of SO_J1939_SEND_PRIO; raises OSError."""
+    """The priority in a value of SO_J1939_SEND_PRIO; raises OSError."""
     if not 0 <= number <= 7:
         raise refuse(errno.EDOM)
     if number < _PRIVILEGED and os.geteuid() != 0:
@@ -63,7 +63,7 @@ def checked_priority(number: int) -> int:
 
 
 class Endpoint:
-    """`broadcasts` says whether SO_BROADCAST is set; `deliver` and `report` bring what is for the program."""
+    """`broadcasts` returns whether SO_BROADCAST is set; `deliver` and `report` pass results to the program."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class Endpoint:
         return self.peer_address == message.source
 
     def message(self, data: bytes, pgn: int, destination_name: int, destination: int) -> Message:
-        """One that it sends; what is NO_PGN or nobody is as it is connected."""
+        """The message to send; the connection supplies a missing PGN (NO_PGN) or destination."""
         if not destination_name and destination == NO_ADDRESS:
             destination_name, destination = self.peer_name, self.peer_address
         return Message(

@@ -33,13 +33,13 @@ class Message:
 
     @property
     def requests_claims(self) -> bool:
-        """It asks everybody for the address that they claim."""
+        """True if it requests the address claims of all controllers."""
         asked = int.from_bytes(self.data[:3], "little")
         return self.pgn == REQUEST and len(self.data) >= 3 and asked == ADDRESS_CLAIMED
 
     @property
     def identifier(self) -> int:
-        """29 bits."""
+        """The 29-bit identifier of its frame."""
         place = self.pgn & LARGEST_PGN
         if has_destination(self.pgn):
             place = self.pgn & LARGEST_PDU1 | self.destination
@@ -47,17 +47,17 @@ class Message:
 
 
 def has_destination(pgn: int) -> bool:
-    """PDU format 1: the low byte of what is in the identifier is a destination."""
+    """True for PDU format 1: the low byte of the PGN in the identifier is a destination."""
     return pgn & 0xFF00 < 0xF000
 
 
 def is_one_s(address: int) -> bool:
-    """An address that one controller may have."""
+    """True for an address that a single controller may have."""
     return address <= LARGEST_ADDRESS
 
 
 def message_of(identifier: int, data: bytes) -> Message:
-    """What a frame with this identifier carries; names are not known yet."""
+    """The message in a frame with this identifier; its names are not known yet."""
     pgn, destination = identifier >> 8 & LARGEST_PGN, NO_ADDRESS
     if has_destination(pgn):
         pgn, destination = pgn & LARGEST_PDU1, pgn & 0xFF

@@ -1,4 +1,4 @@
-"""One bus as J1939 sees it: received frames go to claims, to messages that are on their way, and to sockets."""
+"""The J1939 traffic of one bus: received frames go to address claims, to unfinished messages, and to sockets."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _Key = tuple[Kind, int, int]  # source and destination of the message
 
 
 class Network:
-    """`put` sends a frame for an endpoint (None: for the receivers here); `largest`: the most bytes of a message."""
+    """`put` sends a frame for an endpoint (None: for the receivers here); `largest`: the most bytes in a message."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class Network:
     # what sockets send
 
     def is_busy(self, message: Message) -> bool:
-        """A message of that kind is under way from there to there."""
+        """True if a message of this kind is in transit between the same addresses."""
         kind = ETP if len(message.data) > LARGEST_TP else TP
         return (kind, message.source, message.destination) in self._sendings
 
@@ -64,11 +64,11 @@ class Network:
         self._sendings[_key_of(sending)] = sending
 
     def forget(self, sending: Sending) -> None:
-        """A second time does nothing."""
+        """Remove a finished message; a second call has no effect."""
         self._sendings.pop(_key_of(sending), None)
 
     def stop(self, error: int) -> None:
-        """The bus was taken down: what is being received ends; senders' sockets end theirs."""
+        """The bus was taken down: end messages that are being received; the senders' sockets end the others."""
         self.addresses.forget()
         for receiving in list(self._receivings.values()):
             receiving.end(error)

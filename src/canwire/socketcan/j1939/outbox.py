@@ -1,4 +1,4 @@
-"""What one socket sends: its messages, one after the other."""
+"""Sends the messages of one socket, one after the other."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ class Outbox:
 
     @property
     def pending(self) -> int:
-        """Messages that are not over."""
+        """The number of messages that are not finished."""
         return len(self._queue) + len(self._singles) + (self._active is not None)
 
     def send(self, message: Message) -> None:
-        """Raises OSError with what the program's call fails with."""
+        """Send or queue a message; raises OSError, with which the program's call fails."""
         source, destination = self._network.addresses.resolved(message)
         message = replace(message, source=source, destination=destination)
         idle = not self._queue and self._active is None and self._rests is None
@@ -62,7 +62,7 @@ class Outbox:
             self._next()
 
     def confirm(self, message: Message) -> None:
-        """A single frame of this socket's was on the bus."""
+        """A single frame of this socket was on the bus."""
         for single in self._singles:
             sent = single.message
             if (sent.identifier, sent.data) == (message.identifier, message.data):
@@ -73,7 +73,7 @@ class Outbox:
                 return
 
     def stop(self, error: int) -> None:
-        """The bus is gone, or nobody has the socket any more."""
+        """The bus is gone, or no program has the socket any more."""
         for single in self._singles:
             single.timer.cancel()
             self._tell(What.ABORTED, single.number, single.message, 0, error)

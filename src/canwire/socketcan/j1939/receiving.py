@@ -22,7 +22,7 @@ from canwire.socketcan.j1939.transfer import CONTROL_S, DATA_S, Transfer, revers
 
 @dataclass(frozen=True)
 class Announced:
-    """What an RTS or BAM says: bytes, packets, and how many of these may come in one block."""
+    """The contents of an RTS or BAM: bytes, packets, and the largest number of packets in one block."""
 
     size: int
     total: int
@@ -30,7 +30,7 @@ class Announced:
 
 
 def announced(kind: Kind, data: bytes) -> Announced:
-    """Of the frame's eight bytes."""
+    """The contents of the frame's eight bytes."""
     if kind.extended:
         size = int.from_bytes(data[1:5], "little")
         return Announced(size, packets(size), MOST_IN_BLOCK)
@@ -38,14 +38,14 @@ def announced(kind: Kind, data: bytes) -> Announced:
 
 
 def refusal(kind: Kind, size: int, largest: int) -> Abort | None:
-    """Why a message of this size is not taken; `largest`: what a program here can be given."""
+    """The reason to refuse a message of this size, or None; `largest`: the most bytes that a program can receive."""
     if not (LARGEST_TP < size <= LARGEST_ETP if kind.extended else SMALLEST_TP <= size <= LARGEST_TP):
         return Abort.FAULT
     return Abort.RESOURCE if size > largest else None
 
 
 class Receiving(Transfer):
-    """`wanted` says whether a socket wants it. `data` is what has come; `stamp_ns` when the last of it did."""
+    """`wanted` returns whether a socket wants it. `data` is what has arrived; `stamp_ns` is that of the last frame."""
 
     def __init__(
         self,
@@ -85,13 +85,13 @@ class Receiving(Transfer):
         self._put(reversed_message(self._control_frame(data)))
 
     def offset(self, data: bytes) -> None:
-        """ETP: the number of the packet before the next."""
+        """Process the packet offset of ETP: the number of the packet before the next one."""
         self._offset = int.from_bytes(data[2:5], "little")
         self._await(DATA_S)
         self.on_offset()
 
     def take(self, data: bytes, stamp_ns: int) -> None:
-        """A data frame."""
+        """Process a data frame."""
         if len(data) != 8:
             self.fail(Abort.UNEXPECTED_DATA)
             return

@@ -1,4 +1,4 @@
-"""Reports in the error queue of a socket about messages on their way.
+"""Reports in the error queue of a socket about messages in transit.
 
 Source: linux/can/j1939.h, linux/errqueue.h, Linux' Documentation/networking/j1939.rst.
 """
@@ -20,7 +20,7 @@ TX_SCHEDULED, RX_SOFTWARE, OPTION_ID, TX_ACKNOWLEDGED = 1 << 8, 1 << 3, 1 << 7, 
 
 
 class What(Enum):
-    """The value: ee_origin, ee_info, and what SO_TIMESTAMPING has to ask for, 0: nothing."""
+    """The kind of a report; its value is ee_origin, ee_info, and the required flag of SO_TIMESTAMPING, 0: none."""
 
     ACKNOWLEDGED = (_TIMESTAMPING, 2, TX_ACKNOWLEDGED)
     SCHEDULED = (_TIMESTAMPING, 1, TX_SCHEDULED)
@@ -31,7 +31,7 @@ class What(Enum):
 
 
 class Report(NamedTuple):
-    """`done` bytes of it have arrived; `number` counts the messages of a socket, or those that a bus received."""
+    """`done` bytes of the message have arrived; `number` counts messages of a socket, or those received on a bus."""
 
     what: What
     number: int

@@ -45,7 +45,7 @@ class Sending(Transfer):
 
     @property
     def acknowledged_size(self) -> int:
-        """Bytes that have arrived."""
+        """The number of bytes that have arrived."""
         return min(self._acknowledged * PACKET, len(self.message.data))
 
     def begin(self) -> None:
@@ -66,7 +66,7 @@ class Sending(Transfer):
         self._put(self._control_frame(data))
 
     def clear_to_send(self, data: bytes) -> None:
-        """How many packets from where on: none at all asks for patience."""
+        """Process a CTS: number of packets and first packet; 0 packets: wait for the next CTS."""
         number = int.from_bytes(data[2:5], "little") if self.kind.extended else data[2]
         most = MOST_IN_BLOCK if self.kind.extended else self._total
         if self._cleared:

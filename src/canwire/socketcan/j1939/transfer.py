@@ -1,4 +1,4 @@
-"""What both ends of a message of several frames have: its timeouts, its control frames, its end.
+"""The common part of both ends of a message of several frames: timeouts, control frames, and the end.
 
 Source: SAE J1939-21 5.10.2.4 and 5.10.3; times are those of Linux.
 """
@@ -22,7 +22,7 @@ OWN_S = 0.25  # for a frame of one's own to be on the bus
 class Transfer:
     """One message; `put` sends a frame, `over` is called once, with 0 or an errno.
 
-    `message` has the addresses of the sender's frames, and the data where it is sent.
+    `message` contains the addresses of the sender's frames, and at the sending end the data.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Transfer:
         raise NotImplementedError
 
     def fail(self, reason: Abort) -> None:
-        """Abort it, by a frame where there is somebody to be asked."""
+        """Abort the message, with an abort frame if it has a single destination."""
         if not self._ended:
             if not self.message.is_broadcast:
                 self.control(bytes((ABORT, reason)))
@@ -61,13 +61,13 @@ class Transfer:
         self._await(None)
 
     def end(self, error: int) -> None:
-        """It is over, well (0) or not."""
+        """End the message, with 0 for success or an errno."""
         if not self._ended:
             self.stop()
             self._over(error)
 
     def control(self, data: bytes) -> None:
-        """A frame that controls the connection."""
+        """Process a frame that controls the connection."""
         raise NotImplementedError
 
     def _control_frame(self, data: bytes) -> Message:
@@ -85,7 +85,7 @@ class Transfer:
 
 
 def reversed_message(message: Message) -> Message:
-    """From its destination to its source."""
+    """The same message from its destination to its source."""
     return replace(
         message,
         source=message.destination,

@@ -1,1 +1,1 @@
-"""rtnetlink as programs under `canwire run` have it: the server's interfaces beside the kernel's own."""
+"""rtnetlink for programs under `canwire run`: the server's interfaces together with those of the kernel."""

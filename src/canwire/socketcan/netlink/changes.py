@@ -28,7 +28,7 @@ _MOST_SUBSCRIBERS = 256
 
 
 class Changes:
-    """Told through `end`, the server's socket."""
+    """Reports changes through `end`, the server's socket."""
 
     def __init__(self, setting: Setting, links: Links, end: socket.socket) -> None:
         self._setting = setting
@@ -44,7 +44,7 @@ class Changes:
             self._end_subscription(port)
 
     def subscribe(self, port: int, group: int) -> None:
-        """Below 0: no longer. Raises OSError."""
+        """Send the messages of this group to this port; a group below 0 ends that. Raises OSError."""
         if not 0 < abs(group) < 64:
             raise refuse(errno.EINVAL)
         groups = self._groups.get(port)

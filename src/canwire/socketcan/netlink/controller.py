@@ -1,4 +1,4 @@
-"""IFLA_CAN_*: a controller's attributes, as they are shown and as they are asked for.
+"""IFLA_CAN_*: the attributes of a controller, in replies and in requests.
 
 Source: linux/can/netlink.h.
 """
@@ -40,7 +40,7 @@ _STATISTICS = struct.Struct("<6I")  # struct can_device_stats
 def shown(
     capabilities: Capabilities, mode: LineMode, status: LineStatus, state: ErrorState, restart_ms: int
 ) -> bytes:
-    """IFLA_INFO_DATA of a line that is set up so."""
+    """IFLA_INFO_DATA of a line with these settings."""
     flags = (LISTEN_ONLY if mode.listen_only else 0) | (ERROR_REPORTS if mode.error_frames else 0)
     flags |= (FD if mode.data_timing is not None else 0) | (0 if mode.iso_fd else FD_NON_ISO)
     flags |= THREE_SAMPLES if mode.timing is not None and mode.timing.triple_sampling else 0
@@ -59,12 +59,12 @@ def shown(
 
 
 def statistics(status: LineStatus) -> bytes:
-    """IFLA_INFO_XSTATS; what a line does not count is 0."""
+    """IFLA_INFO_XSTATS; counters that a line does not have are 0."""
     return _STATISTICS.pack(status.errors, 0, 0, 0, status.arbitration_losses, 0)
 
 
 def asked(data: bytes, before: WantedMode, capabilities: Capabilities) -> WantedMode:
-    """IFLA_INFO_DATA of a change; raises OSError."""
+    """The mode that IFLA_INFO_DATA of a change requests; raises OSError."""
     wanted = before
     for kind, value in attributes_in(data).items():
         if kind in (TIMING, DATA_TIMING):
@@ -77,7 +77,7 @@ def asked(data: bytes, before: WantedMode, capabilities: Capabilities) -> Wanted
 
 
 def restart_ms_asked(data: bytes) -> int | None:
-    """Milliseconds; None: they are left as they are. Raises OSError."""
+    """The requested restart-ms; None: unchanged. Raises OSError."""
     value = attributes_in(data).get(RESTART_MS)
     return None if value is None else _unpacked(_WORD, value)[0]
 

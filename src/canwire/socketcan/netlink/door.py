@@ -1,4 +1,4 @@
-"""Where programs' netlink sockets lead: each is one of NETLINK_USERSOCK, whose messages the shim sends here.
+"""Answers the netlink sockets of programs: each is a socket of NETLINK_USERSOCK, whose messages the shim sends here.
 
 Requests about the server's interfaces are answered here, all others by the kernel.
 """
@@ -42,7 +42,7 @@ _LARGEST = 1 << 17
 
 
 class NetlinkDoor:
-    """Raises OSError where this kernel gives no such sockets."""
+    """The server's end of these sockets; raises OSError if the kernel does not support them."""
 
     def __init__(self, setting: Setting, links: Links) -> None:
         self._setting = setting
@@ -67,11 +67,11 @@ class NetlinkDoor:
                 self.answer(data, sender[0])
 
     def subscribe(self, port: int, group: int) -> None:
-        """The socket of this port hears of what changes; a group below 0: no longer. Raises OSError."""
+        """Report changes to the socket of this port; a group below 0 ends that. Raises OSError."""
         self._changes.subscribe(port, group)
 
     def answer(self, data: bytes, port: int) -> None:
-        """What a program's socket of this port has sent to the kernel."""
+        """Answer what a program has sent to the kernel from the socket of this port."""
         for request in requests_in(data):
             self._answer(request, port)
 

@@ -1,6 +1,6 @@
-"""/sys/class/net as programs find it: the server's interfaces beside links to the kernel's own.
+"""/sys/class/net for programs: the server's interfaces, and links to those of the kernel.
 
-The files are written again whenever a program asks for one of them.
+The files are written again whenever a program opens one of them.
 Source: the kernel's Documentation/ABI/testing/sysfs-class-net and -statistics.
 """
 
@@ -19,21 +19,21 @@ _KERNEL = Path("/sys/class/net")
 
 
 def put_whole(path: Path, text: str) -> None:
-    """A concurrent reader gets either the old content or this."""
+    """Write a file so that a concurrent reader gets either the old content or the new one."""
     new = path.with_name(f".{path.name}")
     new.write_text(text, encoding="utf-8", newline="\n")
     os.replace(new, path)
 
 
 class NetFiles:
-    """Below `directory`."""
+    """The files below `directory`."""
 
     def __init__(self, directory: str, links: Links) -> None:
         self._folder = Path(directory)
         self._links = links
 
     def refresh(self, name: str) -> None:
-        """Of this interface; "": the list of all. Raises CanwireError, OSError."""
+        """Write the files of this interface; "": the list of all. Raises CanwireError, OSError."""
         self._folder.mkdir(exist_ok=True)
         ours = {one.name: one for one in self._links.all}
         if not name:

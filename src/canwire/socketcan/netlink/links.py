@@ -1,4 +1,4 @@
-"""The server's interfaces as links: what `ip link` shows of them, and what it may set.
+"""The server's interfaces as links: the data that `ip link` shows, and the settings that it may change.
 
 A line is set up and started as by `canwire up`, and keeps running when the program has ended; "down" stops it for all
 programs, as `canwire stop` does.
@@ -68,7 +68,7 @@ _NEEDS_DOWN = "the line runs; take it down before it is set up otherwise"
 
 
 class Refused(Exception):
-    """With what the program's request fails, and why."""
+    """The errno with which a program's request fails, and the reason."""
 
     def __init__(self, error: int, why: str = "") -> None:
         super().__init__(error, why)
@@ -86,7 +86,7 @@ def link_request(
 
 
 class Links:
-    """Of one server."""
+    """The links of one server."""
 
     def __init__(self, setting: Setting, ports: Ports) -> None:
         self._setting = setting
@@ -97,7 +97,7 @@ class Links:
         return list(self._setting.interfaces.by_index.values())
 
     def meant(self, body: bytes) -> Interface | None:
-        """The interface that a request is about, by index or name; None: none of these."""
+        """The interface of a request, by index or name; None if it is not the server's."""
         if len(body) < INFO.size:
             return None
         index, attributes = INFO.unpack_from(body)[2], attributes_in(body[INFO.size :])
@@ -171,7 +171,7 @@ class Links:
     # set
 
     def change(self, interface: Interface, body: bytes) -> None:
-        """RTM_SETLINK and RTM_NEWLINK; raises Refused."""
+        """Execute RTM_SETLINK or RTM_NEWLINK; raises Refused."""
         _, _, _, flags, mask = INFO.unpack_from(body)
         self._setting.interfaces.changed(interface)
         for kind, value in attributes_in(body[INFO.size :]).items():

@@ -34,7 +34,7 @@ class Request(NamedTuple):
 
 
 def requests_in(data: bytes) -> Iterator[Request]:
-    """Whole messages; what is left over is left out."""
+    """The complete messages in these bytes; an incomplete one is ignored."""
     while len(data) >= _HEADER.size:
         length, kind, flags, sequence, _ = _HEADER.unpack_from(data)
         if not _HEADER.size <= length <= len(data):
@@ -44,7 +44,7 @@ def requests_in(data: bytes) -> Iterator[Request]:
 
 
 def message(kind: int, flags: int, sequence: int, port: int, body: bytes) -> bytes:
-    """Filled up so that others can follow."""
+    """The bytes of a message, padded so that others can follow."""
     length = _HEADER.size + len(body)
     return _HEADER.pack(length, kind, flags, sequence, port) + body + bytes(-length % 4)
 
@@ -55,7 +55,7 @@ def readdressed(data: bytes, port: int) -> bytes:
 
 
 def answer_to(request: Request, port: int, error: int, text: str = "") -> bytes:
-    """NLMSG_ERROR: an errno, or 0; the text is for people."""
+    """NLMSG_ERROR: an errno, or 0; the text is for the user."""
     told = attribute(_TEXT, text.encode() + b"\0") if text else b""
     flags = WITH_ATTRIBUTES if told else 0
     whole = request.whole + bytes(-len(request.whole) % 4)
@@ -68,7 +68,7 @@ def attribute(kind: int, value: bytes) -> bytes:
 
 
 def attributes_in(data: bytes) -> dict[int, bytes]:
-    """By kind; what is broken ends them."""
+    """The attributes by kind, up to the first invalid one."""
     found: dict[int, bytes] = {}
     while len(data) >= _ATTRIBUTE.size:
         length, kind = _ATTRIBUTE.unpack_from(data)

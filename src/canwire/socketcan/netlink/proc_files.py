@@ -1,4 +1,4 @@
-"""/proc/net/can as programs find it, and /proc/net/dev: receive lists, statistics, the version.
+"""/proc/net/can and /proc/net/dev for programs: receive lists, statistics, the version.
 
 Source: Linux 6.1's net/can/proc.c (without its statistics by the second, as with stats_timer=0), net/core/net-procfs.c.
 """
@@ -42,7 +42,7 @@ class Wanted(NamedTuple):
 
     @property
     def list(self) -> str:
-        """Where the kernel keeps it: can_rcv_list_find."""
+        """The receive list that contains it in the kernel: can_rcv_list_find."""
         mask = self.mask
         if mask & CAN_ERR_FLAG:
             return "rx_err"
@@ -65,13 +65,13 @@ class Wanted(NamedTuple):
 
 
 class Hearing(Protocol):
-    """A socket."""
+    """A socket with receive lists."""
 
     def receive_list(self) -> list[Wanted]: ...
 
 
 class ProcFiles:
-    """Below `directory`: `can/`, and `dev`."""
+    """The files below `directory`: `can/`, and `dev`."""
 
     def __init__(self, directory: str, links: Links, ports: Ports, sockets: Iterable[Hearing]) -> None:
         self._folder = Path(directory)
@@ -81,7 +81,7 @@ class ProcFiles:
         self._most = 0
 
     def refresh(self, _: str) -> None:
-        """All of them. Raises CanwireError, OSError."""
+        """Write all files. Raises CanwireError, OSError."""
         (self._folder / "can").mkdir(parents=True, exist_ok=True)
         entries = [entry for one in self._sockets for entry in one.receive_list()]
         self._most = max(self._most, len(entries))

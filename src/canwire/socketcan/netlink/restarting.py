@@ -1,4 +1,4 @@
-"""What makes an interface leave bus-off: restart-ms, and `ip link set can0 type can restart`.
+"""Restarts after bus-off: by restart-ms, and by `ip link set can0 type can restart`.
 
 Source: Linux 6.1's drivers/net/can/dev/dev.c (can_restart, can_bus_off).
 """
@@ -25,7 +25,7 @@ _RESTARTED, _LENGTH = 0x100, 8  # CAN_ERR_RESTARTED, CAN_ERR_DLC
 
 
 class Restarting:
-    """Of one interface in use; `tell` gets the error frame that says so."""
+    """The restarts of one interface in use; `tell` gets the error frame that reports one."""
 
     def __init__(
         self,
@@ -41,21 +41,21 @@ class Restarting:
         self._timer: Timer | None = None
 
     def bus_off(self) -> None:
-        """The line is: it begins again in restart-ms, if those are set."""
+        """The line is bus-off: restart it after restart-ms, if that is set."""
         restart_ms = self._interface.restart_ms
         self.stop()
         if restart_ms:
             self._timer = self._setting.loop.call_in(restart_ms / 1000, self._restart)
 
     def ask(self) -> None:
-        """IFLA_CAN_RESTART; raises OSError: EBUSY where that comes by itself, or the line is not in bus-off."""
+        """Execute IFLA_CAN_RESTART; raises OSError: EBUSY if restarts are automatic, or the line is not bus-off."""
         status = self._place.status(self._setting.hub)
         if self._interface.restart_ms or ErrorState(status.state) is not ErrorState.BUS_OFF:
             raise OSError(errno.EBUSY, "")
         self._restart()
 
     def stop(self) -> None:
-        """A second time does nothing."""
+        """Stop restarting; a second call has no effect."""
         timer, self._timer = self._timer, None
         if timer is not None:
             timer.cancel()

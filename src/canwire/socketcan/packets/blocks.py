@@ -1,4 +1,4 @@
-"""TPACKET_V3: a ring of blocks of many frames, handed over when they are full or a time is over."""
+"""TPACKET_V3: a ring of blocks of many frames, each handed over when it is full or after a time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SECOND = 1_000_000_000
 
 
 class BlockRing:
-    """packets.ring.Ring. `handed` is called when a block was handed over because its time was over."""
+    """A Ring (packets/ring.py) of blocks. `handed` is called when a block was handed over because of its time."""
 
     def __init__(self, request: RingRequest, loop: Loop, handed: Callable[[], object]) -> None:
         self.memory = RingMemory(request.size)

@@ -25,7 +25,7 @@ _SECOND = 1_000_000_000
 
 
 class FrameRing:
-    """packets.ring.Ring."""
+    """A Ring (packets/ring.py) of frames."""
 
     def __init__(self, request: RingRequest) -> None:
         self.memory = RingMemory(request.size)

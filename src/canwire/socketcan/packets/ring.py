@@ -1,6 +1,6 @@
-"""The memory of a ring that a program has asked for by PACKET_RX_RING, and what the request may be.
+"""The memory of a ring that a program requests by PACKET_RX_RING, and the checks of the request.
 
-Source: Linux' Documentation/networking/packet_mmap.rst, linux/if_packet.h; the checks are packet_set_ring's.
+Source: Linux' Documentation/networking/packet_mmap.rst, linux/if_packet.h; the checks are those of packet_set_ring.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _REQUEST, _MORE = struct.Struct("<4I"), struct.Struct("<3I")
 
 
 class RingRequest(NamedTuple):
-    """struct tpacket_req, tpacket_req3; `reserve` is PACKET_RESERVE's."""
+    """struct tpacket_req or tpacket_req3; `reserve` is the value of PACKET_RESERVE."""
 
     version: int
     reserve: int
@@ -42,7 +42,7 @@ class RingRequest(NamedTuple):
 
     @classmethod
     def parse(cls, value: bytes, version: int, reserve: int) -> RingRequest:
-        """Raises OSError as setsockopt does."""
+        """The request in this value; raises OSError as setsockopt does."""
         needed = _REQUEST.size + (_MORE.size if version == V3 else 0)
         if version not in HEADER_SIZES or len(value) < needed:
             raise refuse(errno.EINVAL)
@@ -75,12 +75,12 @@ class RingRequest(NamedTuple):
 
     @property
     def address_at(self) -> int:
-        """Where the struct sockaddr_ll of a frame is."""
+        """The offset of the struct sockaddr_ll of a frame."""
         return aligned(HEADER_SIZES[self.version])
 
     @property
     def data_at(self) -> int:
-        """Where its data are: tp_mac."""
+        """The offset of the data of a frame: tp_mac."""
         return aligned(self.address_at + ADDRESS_SIZE + _LINK_HEADER) + self.reserve
 
 
@@ -89,7 +89,7 @@ def aligned(size: int) -> int:
 
 
 class RingMemory:
-    """Shared with the program, which gets `descriptor`. Raises OSError (ENOMEM)."""
+    """Memory shared with the program, which gets `descriptor`. Raises OSError (ENOMEM)."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -102,12 +102,12 @@ class RingMemory:
             raise refuse(errno.ENOMEM) from None
 
     def close(self) -> None:
-        """The program's memory is its own."""
+        """Unmap the memory here; the program keeps its mapping."""
         os.close(self.descriptor)
 
 
 class Ring(Protocol):
-    """A ring in one of the layouts: rows of `received_dtype`, and a struct sockaddr_ll beside each."""
+    """A ring in one of the layouts: it accepts rows of `received_dtype`, with a struct sockaddr_ll for each."""
 
     memory: RingMemory
     packets: int
@@ -116,6 +116,6 @@ class Ring(Protocol):
     last_at: int  # where the state of what came last is, bytes; -1: nothing has come
 
     def put(self, rows: Array, addresses: Array) -> bool:
-        """Whether there is something new for the program. What does not fit is counted."""
+        """Add rows; returns whether the program has something new to read. Rows that do not fit are counted."""
 
     def close(self) -> None: ...

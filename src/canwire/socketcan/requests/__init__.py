@@ -1,1 +1,1 @@
-"""What shims ask the server for, one message each."""
+"""Requests of shims to the server, one message each."""

@@ -21,7 +21,7 @@ _BACKLOG = 512
 
 
 class Request(NamedTuple):
-    """shim/shim.h, struct request, and the data after it; `program` is the name of the asking program."""
+    """struct request of shim/shim.h, and the data after it; `program` is the name of the calling program."""
 
     operation: int
     slot: int
@@ -34,7 +34,7 @@ class Request(NamedTuple):
 
 
 class Asked:
-    """One request to be answered, now or later; the asking process waits."""
+    """One request to be answered, now or later; the calling process waits."""
 
     def __init__(self, loop: Loop, connection: socket.socket) -> None:
         self._loop = loop
@@ -51,7 +51,7 @@ class Asked:
             self.hold(lambda: self._give(result, data, descriptor))
 
     def when_gone(self, call: Callable[[], object]) -> None:
-        """Calls `call` when the asking process was interrupted or has ended."""
+        """Calls `call` when the calling process was interrupted or has ended."""
 
         def gone(_: int) -> None:
             self._loop.forget(self._connection.fileno())
@@ -75,10 +75,10 @@ class Asked:
 
 
 class Unasked:
-    """Of a message that a program sent in a way that has no answer."""
+    """Replaces Asked for a message that was sent in a way without an answer."""
 
     def answer(self, result: int, data: bytes = b"", descriptor: int | None = None) -> None:
-        """Nobody hears it."""
+        """Nothing: there is no receiver."""
 
 
 class Answered(Protocol):

@@ -1,4 +1,4 @@
-"""What shims ask the server for, by number (shim/shim.h, enum operation), and what of it concerns one socket."""
+"""The requests of shims by number (shim/shim.h, enum operation), and those that concern one socket."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ TAKING_PART = (
 
 
 def do_with_socket(found: CanSocket, request: Request, asked: Asked) -> None:
-    """One that is about this socket; raises OSError for what its call fails with."""
+    """Execute a request about this socket; raises OSError, with which the program's call fails."""
     if request.operation == Operation.BIND:
         found.bind(request.data)
         asked.answer(0)

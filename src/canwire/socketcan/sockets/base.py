@@ -1,4 +1,4 @@
-"""What the server's side of every CAN socket has: an end of a pair, a slot, and what waits for the program."""
+"""The base class of the server's side of all CAN sockets: an end of a pair, a slot, and data for the program."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RECEIVED = struct.Struct("<QIiHHI")  # shim/shim.h, struct received
 
 
 class Opened(NamedTuple):
-    """What a socket is made of: `end` is the server's end of its pair, `closed` is called when nothing is left."""
+    """The parts of a socket: `end` is the server's end of its pair, `closed` is called after its end."""
 
     setting: Setting
     ports: Ports
@@ -37,7 +37,7 @@ class Opened(NamedTuple):
 
 
 class CanSocket:
-    """Its end of the pair is watched."""
+    """The server's side of a CAN socket. It watches its end of the pair."""
 
     def __init__(self, opened: Opened) -> None:
         self.setting, self.ports, self.slot, self.end, self.ring, self._closed = opened
@@ -51,7 +51,7 @@ class CanSocket:
         return self.ring.row_of_message(data, peeks)
 
     def told(self) -> None:
-        """There is something for the program: who waits for it in a call that the server answers looks again."""
+        """Data for the program has arrived: a call that waits for it, and that the server answers, checks again."""
         waiting, self.waiting = self.waiting, []
         for look in waiting:
             self.setting.loop.soon(look)
@@ -71,18 +71,18 @@ class CanSocket:
         raise refuse(errno.ENOPROTOOPT)
 
     def stamps_changed(self) -> None:
-        """SO_TIMESTAMPING asks for times of what is sent, or no longer."""
+        """SO_TIMESTAMPING was changed: times of sent frames are requested, or no longer."""
 
     def take_error(self) -> Queued:
         """The oldest entry of its error queue."""
         raise refuse(errno.EAGAIN)
 
     def receive_list(self) -> list[Wanted]:
-        """What it hears, as /proc/net/can shows it."""
+        """The receive list of this socket, as /proc/net/can shows it."""
         return []
 
     def sent_to(self, data: bytes, address: bytes) -> None:
-        """sendto of a program whose calls the server answers; no address: to where it is bound."""
+        """sendto of a program whose calls the server answers; without an address, to the bound interface."""
         index = index_of(address) if address else self.setting.table.bound_to(self.slot)
         if index not in self.setting.interfaces.by_index:
             raise refuse(errno.ENXIO)
@@ -95,33 +95,33 @@ class CanSocket:
     # what happens on the descriptor
 
     def readable(self) -> None:
-        """Something came from the program; `close` once it has closed its last descriptor."""
+        """Read data from the program; call `close` if it has closed its last descriptor."""
         raise NotImplementedError
 
     def ended(self) -> None:
-        """Nobody has a descriptor any more: let go of everything, and then `let_go`, now or later."""
+        """No program has a descriptor any more: release everything, and then call `let_go`, now or later."""
         raise NotImplementedError
 
     def rewatch(self) -> None:
-        """Watch the end for what is of interest now."""
+        """Watch the end for the events that are needed now."""
         wanted = (READABLE if self.wants_readable() else 0) | (WRITABLE if self.wants_writable() else 0)
         if wanted != self._watched:
             self._watched = wanted
             self.setting.loop.watch(self.end.fileno(), wanted, self._happened)
 
     def wants_readable(self) -> bool:
-        """`readable` is to be called for more than the end."""
+        """True if `readable` is to be called for data, too, not only for the end."""
         return True
 
     def wants_writable(self) -> bool:
-        """`written` is to be called when the end has room."""
+        """True if `written` is to be called when the end has room."""
         return False
 
     def written(self) -> None:
         """The end has room."""
 
     def arrived(self, most: int) -> tuple[list[bytes], bool]:
-        """Messages that the program's end has sent, up to so many, and whether nobody has it any more."""
+        """Up to `most` messages from the program's end, and whether that end is closed everywhere."""
         found: list[bytes] = []
         while len(found) < most:
             try:
@@ -139,7 +139,7 @@ class CanSocket:
         return any(events & select.POLLHUP for _, events in poll.poll(0))
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the socket; a second call has no effect."""
         if self.over:
             return
         self.over = True
@@ -148,15 +148,15 @@ class CanSocket:
         self.ended()
 
     def boards_changed(self) -> None:
-        """Interfaces may have come, or up."""
+        """Interfaces may have been added, or may be up now."""
 
     @property
     def deserted(self) -> bool:
-        """No program has it any more; what it sent may still be on its way."""
+        """No program has this socket any more; frames that it has sent may still wait."""
         return self.over
 
     def let_go(self) -> None:
-        """Nothing is left of it: its slot is free."""
+        """End the socket for good: its slot is free."""
         self._closed(self)
 
     def _happened(self, events: int) -> None:

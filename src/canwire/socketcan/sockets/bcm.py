@@ -45,7 +45,7 @@ Key = tuple[int, int, bool]  # identifier word, interface (0: all), FD
 
 
 class Operation(Protocol):
-    """What there is of an identifier."""
+    """The operation on one identifier: sending or watching."""
 
     def status(self) -> Message: ...
 
@@ -53,7 +53,7 @@ class Operation(Protocol):
 
 
 class BcmSocket(MessageSocket):
-    """Of one program; its operations end with it."""
+    """A CAN_BCM socket; its operations end with it."""
 
     _connected = False
     _index = 0

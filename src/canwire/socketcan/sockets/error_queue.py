@@ -1,4 +1,4 @@
-"""Error queues, as recvmsg(MSG_ERRQUEUE) hands them over; CAN_RAW's has the times at which frames were sent.
+"""Error queues, as recvmsg(MSG_ERRQUEUE) reads them; that of CAN_RAW contains the times at which frames were sent.
 
 Source: linux/errqueue.h, Linux' Documentation/networking/timestamping.rst, net/core/sock.c (sock_recv_errqueue).
 """
@@ -29,14 +29,14 @@ _RAW_ERROR_QUEUE = 1  # SCM_CAN_RAW_ERRQUEUE
 
 
 class Queued(NamedTuple):
-    """The data, and the control messages, as they are in a program's memory."""
+    """An entry: its data and its control messages, in the form for the program's memory."""
 
     data: bytes
     control: bytes
 
 
 class ErrorQueue:
-    """Of one socket."""
+    """The error queue of one socket."""
 
     def __init__(self) -> None:
         self._entries: deque[Queued] = deque()
@@ -45,14 +45,14 @@ class ErrorQueue:
         return len(self._entries)
 
     def keep(self, entry: Queued) -> bool:
-        """False: it is full."""
+        """Add an entry; False if the queue is full."""
         if len(self._entries) >= _MOST:
             return False
         self._entries.append(entry)
         return True
 
     def take(self) -> Queued | None:
-        """The oldest."""
+        """Remove and return the oldest entry."""
         return self._entries.popleft() if self._entries else None
 
     def clear(self) -> None:
@@ -60,7 +60,7 @@ class ErrorQueue:
 
 
 class TransmitStamps(ErrorQueue):
-    """When CAN_RAW's frames were taken for sending, and when they were on the bus; `stamps` says what is wanted."""
+    """The times when frames of CAN_RAW were accepted and on the bus; `stamps` returns which are wanted."""
 
     def __init__(self, stamps: Callable[[], Stamps]) -> None:
         super().__init__()
@@ -69,12 +69,12 @@ class TransmitStamps(ErrorQueue):
         self._keys: deque[int] = deque()  # of frames on their way, in the order in which they come back
 
     def begin(self) -> None:
-        """SO_TIMESTAMPING was set: keys count from 0 where it asks for them."""
+        """SO_TIMESTAMPING was set: if it requests keys, they count from 0."""
         if not self._stamps().flags & _ID:
             self._next_key = 0
 
     def leaving(self, frames: list[bytes], now_ns: int) -> None:
-        """These were given to the line."""
+        """These frames were passed to the line."""
         stamps = self._stamps()
         for frame in frames:
             key = 0
@@ -85,7 +85,7 @@ class TransmitStamps(ErrorQueue):
                 self._put(frame, stamps, now_ns, _SCHEDULED, key, _SOFTWARE)
 
     def sent(self, frame: bytes, stamp_ns: int) -> None:
-        """This one was on the bus."""
+        """This frame was on the bus."""
         stamps, key = self._stamps(), self._keys.popleft() if self._keys else 0
         if stamps.flags & TX_SOFTWARE:
             self._put(frame, stamps, stamp_ns, _SENT, key, _SOFTWARE)
@@ -93,7 +93,7 @@ class TransmitStamps(ErrorQueue):
             self._put(frame, stamps, stamp_ns, _SENT, key, _RAW_HARDWARE)
 
     def gone(self) -> None:
-        """None of those on their way comes back."""
+        """No frame that is on its way will come back."""
         self._keys.clear()
 
     def _put(self, frame: bytes, stamps: Stamps, stamp_ns: int, what: int, key: int, clock: int) -> None:
@@ -108,6 +108,6 @@ class TransmitStamps(ErrorQueue):
 
 
 def control_message(level: int, kind: int, data: bytes) -> bytes:
-    """struct cmsghdr, its data, and what fills it up."""
+    """struct cmsghdr, its data, and padding."""
     length = _CMSG.size + len(data)
     return _CMSG.pack(length, level, kind) + data + bytes(-length % 8)

@@ -1,4 +1,4 @@
-"""Single frames that sockets send by themselves: they wait here while their line has no room."""
+"""A queue for single frames of sockets: they wait here while their line has no room."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _MOST_WAITING = 4096
 
 
 class FrameQueue:
-    """For any number of lines."""
+    """A queue for any number of lines."""
 
     def __init__(self) -> None:
         self._queued: dict[Port, deque[tuple[int, bytes]]] = {}
 
     def send(self, port: Port, slot: int, frame: bytes) -> None:
-        """A struct can_frame or canfd_frame, by the socket of this slot."""
+        """Send a struct can_frame or canfd_frame of the socket of this slot."""
         waiting = self._queued.setdefault(port, deque())
         if len(waiting) < _MOST_WAITING:
             waiting.append((slot, frame))

@@ -1,4 +1,4 @@
-"""What CAN_BCM and CAN_ISOTP have in common: the program's messages come as requests, single frames go to a line."""
+"""The common part of CAN_BCM and CAN_ISOTP: the program's messages arrive as requests, single frames go to a line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _AT_ONCE = 64
 
 
 class MessageSocket(CanSocket):
-    """`sent` takes what the program has written, and answers it."""
+    """A socket whose `sent` processes what the program has written, and answers it."""
 
     def __init__(self, opened: Opened) -> None:
         self.outlet = MessageOutlet(opened.ring)
@@ -28,7 +28,7 @@ class MessageSocket(CanSocket):
         super().__init__(opened)
 
     def sent(self, data: bytes, index: int, waits: bool, asked: Answered) -> None:
-        """Answer it, now or later; raises OSError for what fails."""
+        """Process a message of the program and answer it, now or later; raises OSError, with which the call fails."""
         raise NotImplementedError
 
     def tell(
@@ -41,7 +41,7 @@ class MessageSocket(CanSocket):
         flags: int = 0,
         about: bytes = b"",
     ) -> None:
-        """Put a message before the program."""
+        """Send a message to the program."""
         if self.over:
             return
         header = message_of(payload, stamp_ns, index, self.outlet.drops, error, flags)
@@ -51,7 +51,7 @@ class MessageSocket(CanSocket):
         self.told()
 
     def send_frame(self, port: Port, frame: bytes) -> None:
-        """A struct can_frame or canfd_frame; waits here while the line has no room."""
+        """Send a struct can_frame or canfd_frame; it waits in a queue while the line has no room."""
         self._frames.send(port, self.slot, frame)
 
     def send_to(self, data: bytes, index: int) -> None:
@@ -65,7 +65,7 @@ class MessageSocket(CanSocket):
         self.setting.stir()
 
     def readable(self) -> None:
-        """Programs send by requests, and past the library as they like: nobody hears what is wrong with that."""
+        """Read messages that were written without the library's requests; errors in these are not reported."""
         messages, hung_up = self.arrived(_AT_ONCE)
         for message in messages:
             try:

@@ -1,4 +1,4 @@
-"""Every CAN socket of one server's programs: created here, found by slot or inode, removed once unused."""
+"""All CAN sockets of one server's programs: created here, found by slot or inode, removed when unused."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS: dict[int, Callable[[Opened], CanSocket]] = {
 
 
 class OpenSockets:
-    """`closed` is called after one has gone, `say_once` puts one line in front of people; `prefix` begins names."""
+    """`closed` is called after a socket was removed, `say_once` shows one line to the user; `prefix` begins names."""
 
     def __init__(
         self,
@@ -69,11 +69,11 @@ class OpenSockets:
         return self._by_slot.get(slot)
 
     def of_inode(self, inode: int) -> CanSocket | None:
-        """Of the program's end."""
+        """The socket whose program's end has this inode."""
         return self._by_inode.get(inode)
 
     def make(self, type: int, protocol: int, program: str) -> socket.socket:
-        """The program's end of a new one; raises OSError with what its `socket` fails with."""
+        """Make a socket and return the program's end; raises OSError, with which the call of `socket` fails."""
         if protocol >> 16 == PACKET:
             if type not in (SOCK_DGRAM, SOCK_RAW):
                 raise refuse(errno.ESOCKTNOSUPPORT)

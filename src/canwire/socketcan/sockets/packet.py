@@ -1,4 +1,4 @@
-"""AF_PACKET, which tcpdump and Wireshark open: frames as they are, received, and on their way to the line.
+"""AF_PACKET, which tcpdump and Wireshark open: all frames unchanged, received ones and those passed to the line.
 
 Source: packet(7), Linux' Documentation/networking/packet_mmap.rst, net/packet/af_packet.c.
 """
@@ -170,7 +170,7 @@ class PacketSocket(RawSocket):
         self._pass_on(rows)
 
     def going(self, interface: Interface, frames: Array) -> None:
-        """These, of `sent_dtype`, were given to the line: who asked for all protocols has them, too."""
+        """These frames (`sent_dtype`) were passed to the line: sockets for all protocols receive them, too."""
         if self._about != _ALL or self._values[IGNORE_OUTGOING]:
             return
         rows = numpy_module().zeros(len(frames), received_dtype())

@@ -1,4 +1,4 @@
-"""CAN_RAW: frames as they are, filtered."""
+"""CAN_RAW: filtered frames, unchanged."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ class RawSocket(StampedSocket):
         return self._outlet.waiting > 0
 
     def written(self) -> None:
-        """The program has read some: what waits follows."""
+        """The program has read frames: send those that wait."""
         self._outlet.flush()
         self.setting.stir()
         if self._outlet.waiting < _LATER:

@@ -1,4 +1,4 @@
-"""What a CAN_RAW socket is set to, and which of a line's frames it has therefore."""
+"""The options of a CAN_RAW socket, and the frames of a line that it receives with them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _SWITCHES = {
 
 
 class RawOptions:
-    """`set` and `get` raise OSError with what the kernel's calls fail with."""
+    """The options of one socket; `set` and `get` raise OSError like the kernel's calls."""
 
     def __init__(self) -> None:
         self._switches = dict(_SWITCHES)
@@ -57,7 +57,7 @@ class RawOptions:
         return self._switches[switch] != 0
 
     def wanted(self) -> list[tuple[int, int]]:
-        """Identifier words and masks of its filters, that for errors last."""
+        """Identifier words and masks of its filters; the one for errors is last."""
         found = [] if self._deaf else list(_FILTER.iter_unpack(self._filter_words))
         return found + ([(0, self._error_mask | CAN_ERR_FLAG)] if self._error_mask else [])
 
@@ -99,7 +99,7 @@ class RawOptions:
             self._filters = Filters(self._filters.filters, self.on(name))
 
     def selected(self, batch: Batch, slot: int) -> Array | None:
-        """The rows that this socket hears, its own marked; None: none."""
+        """The rows that this socket receives, with its own ones marked; None: none."""
         if self._deaf and batch.errors is None:
             return None
         rows = batch.rows

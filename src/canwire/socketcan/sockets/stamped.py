@@ -1,4 +1,4 @@
-"""Time stamps of the frames that a socket sends: when they left, when they were on the bus (SO_TIMESTAMPING)."""
+"""Time stamps of the frames that a socket sends (SO_TIMESTAMPING): passed to the line, and on the bus."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class StampedSocket(CanSocket):
         return found
 
     def leaving(self, port: Port, rows: Array) -> None:
-        """These rows of `sent_dtype` are given to the line."""
+        """These rows of `sent_dtype` are passed to the line."""
         if self.errors is None or not len(rows):
             return
         port.stampers[self.slot] = self._sent

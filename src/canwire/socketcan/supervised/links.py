@@ -1,4 +1,4 @@
-"""rtnetlink of programs whose calls are answered: what they send to the kernel is answered by the server's door."""
+"""rtnetlink of programs whose calls the server answers: their messages go to the server's netlink door."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _TRUNCATED = 0x20
 
 
 class LinkSockets:
-    """Of one program."""
+    """The netlink sockets of one program."""
 
     def __init__(self, door: NetlinkDoor) -> None:
         self._door = door
         self._inodes: set[int] = set()
 
     def open(self, type: int) -> socket.socket:
-        """The program's end."""
+        """Make a socket and return the program's end."""
         made = socket.socket(socket.AF_NETLINK, type, _USER_SOCKET)
         self._inodes.add(os.fstat(made.fileno()).st_ino)
         return made
 
     def answer(self, call: Call, program: Program) -> int | None:
-        """What the call returns; None: the kernel does it. Raises OSError."""
+        """The return value of a call; None: the kernel executes it. Raises OSError."""
         if call.name not in ("sendto", "sendmsg", "recvfrom", "recvmsg"):
             return None
         if program.inode(call.arguments[0]) not in self._inodes:

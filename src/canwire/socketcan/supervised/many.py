@@ -1,4 +1,4 @@
-"""recvmmsg and sendmmsg of programs whose calls are answered: one message after the other."""
+"""recvmmsg and sendmmsg of programs whose calls the server answers: one message after the other."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LENGTH, _SPAN = struct.Struct("<I"), struct.Struct("<qq")
 
 
 class ReceivingMany:
-    """One recvmmsg; its time is looked at after each message, as the kernel does."""
+    """One call of recvmmsg; its timeout is checked after each message, as in the kernel."""
 
     def __init__(self, call: Call, program: Program, found: CanSocket) -> None:
         self.call = call
@@ -37,7 +37,7 @@ class ReceivingMany:
         self.limit_s = 0.0
 
     def look(self) -> int | None:
-        """What the call returns; None: it waits. Raises OSError."""
+        """The return value of the call; None: it waits. Raises OSError."""
         while self._done < self._count:
             place, flags = self._place + self._done * _SIZE, self._flags & ~_WAIT_FOR_ONE
             if self._done and self._flags & _WAIT_FOR_ONE:
@@ -63,7 +63,7 @@ class ReceivingMany:
 
 
 def send_many(call: Call, program: Program, found: CanSocket) -> int:
-    """sendmmsg: how many went; raises OSError where the first one cannot."""
+    """sendmmsg: returns how many messages were sent; raises OSError if the first one fails."""
     _, place, count, *_ = call.arguments
     done = 0
     try:

@@ -22,7 +22,7 @@ _INT = struct.Struct("<i")
 
 
 def answer_about_interface(setting: Setting, program: Program, call: Call) -> int | None:
-    """0; None: the kernel's. Raises OSError."""
+    """Answer the call, with 0; None: it is for the kernel. Raises OSError."""
     request, place = call.arguments[1] & 0xFFFF, call.arguments[2]
     if request not in (_NAME, _FLAGS, _MTU, _HARDWARE, _INDEX, _QUEUE, *_SETS):
         return None

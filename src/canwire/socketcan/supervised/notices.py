@@ -1,4 +1,4 @@
-"""seccomp's notifications: one call of a program each, and its answer.
+"""Notifications of seccomp: each is one call of a program, which waits for its answer.
 
 Source: linux/seccomp.h, seccomp_unotify(2).
 """
@@ -34,7 +34,7 @@ NUMBERS = {  # of system calls
 
 
 class Call(NamedTuple):
-    """`name` of the system call, "" for one that is of no interest; `thread` has made it."""
+    """A call: `name` of the system call, "" for one that is not handled; `thread` is the caller."""
 
     cookie: int
     thread: int
@@ -52,7 +52,7 @@ class Listener:
         self.descriptor = descriptor
 
     def receive(self) -> Call | None:
-        """The next call; None: its process is gone."""
+        """The next call; None if its process is gone."""
         room = bytearray(_NOTICE.size)
         try:
             fcntl.ioctl(self.descriptor, _RECEIVE, room)
@@ -63,11 +63,11 @@ class Listener:
         return Call(cookie, thread, name, tuple(arguments))
 
     def answer(self, call: Call, value: int) -> bool:
-        """What the call returns, an errno where it is negative; False: nobody waits for it any more."""
+        """Let the call return this value, an errno if negative; False if its thread no longer waits."""
         return self._send(call, max(0, value), min(0, value), 0)
 
     def let_pass(self, call: Call) -> None:
-        """The kernel does it."""
+        """Let the kernel execute the call."""
         self._send(call, 0, 0, _CONTINUE)
 
     def _send(self, call: Call, value: int, error: int, flags: int) -> bool:
@@ -78,7 +78,7 @@ class Listener:
         return True
 
     def put_descriptor(self, call: Call, descriptor: int, *, close_on_exec: bool) -> None:
-        """Into the program, as what the call returns. Raises OSError."""
+        """Let the call return a copy of this descriptor. Raises OSError."""
         flags = os.O_CLOEXEC if close_on_exec else 0
         added = bytearray(_ADDED.pack(call.cookie, _ADD_AND_ANSWER, descriptor, 0, flags))
         fcntl.ioctl(self.descriptor, _ADD, added)
@@ -88,7 +88,7 @@ class Listener:
 
 
 def fetched(process: int, descriptor: int) -> int:
-    """A copy of another process' descriptor; raises OSError where that is not allowed."""
+    """A copy of a descriptor of another process; raises OSError if that is not permitted."""
     handle = os.pidfd_open(process)
     try:
         found = ctypes.CDLL(None, use_errno=True).syscall(_PIDFD_GETFD, handle, descriptor, 0)

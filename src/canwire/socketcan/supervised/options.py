@@ -29,7 +29,7 @@ _LEAST, _LEAST_SHOWN, _MOST = 1152, 2304, 0x3FFF_FFFF
 
 
 def set_socket_option(found: CanSocket, name: int, value: bytes) -> int | None:
-    """0; None: the kernel's. Raises OSError."""
+    """Set the option and return 0; None: it is for the kernel. Raises OSError."""
     table, slot = found.setting.table, found.slot
     if name == _BIND_TO_DEVICE:  # which a CAN socket's bind does not look at
         device = value.split(b"\0", 1)[0].decode("latin-1")
@@ -56,7 +56,7 @@ def set_socket_option(found: CanSocket, name: int, value: bytes) -> int | None:
 
 
 def get_socket_option(found: CanSocket, name: int) -> bytes | None:
-    """Its value; None: the kernel's."""
+    """The value of the option; None: it is for the kernel."""
     table, slot = found.setting.table, found.slot
     stamps = table.stamps(slot)
     if name == _ERROR:

@@ -1,4 +1,4 @@
-"""One thread of a program whose calls are answered: its memory, its descriptors. All of it may raise OSError."""
+"""One thread of a program whose calls the server answers: its memory and descriptors. All methods may raise OSError."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LENGTH = struct.Struct("<I")
 
 
 class Message:
-    """A struct msghdr of the program's, at this place."""
+    """A struct msghdr in the program's memory."""
 
     def __init__(self, program: Program, place: int) -> None:
         self._place = place
@@ -29,13 +29,13 @@ class Message:
         self.parts = list(_PARTS.iter_unpack(program.read(parts, count * _PARTS.size)))
 
     def finish(self, program: Program, name_size: int, control_size: int, flags: int) -> None:
-        """Of what was received."""
+        """Write the results of receiving: sizes and flags."""
         program.write(self._place + 8, _LENGTH.pack(name_size))
         program.write(self._place + 40, struct.pack("<Qi", control_size, flags))
 
 
 class Program:
-    """`thread` is stopped in a call."""
+    """A program whose `thread` is stopped in a call."""
 
     def __init__(self, thread: int) -> None:
         self._thread = thread
@@ -77,16 +77,16 @@ class Program:
             os.close(descriptor)
 
     def length_at(self, place: int) -> int:
-        """A socklen_t."""
+        """The socklen_t at this address."""
         return int(_LENGTH.unpack(self.read(place, _LENGTH.size))[0])
 
     def put(self, place: int, length_place: int, data: bytes) -> None:
-        """As much of this as the program's length has room for, and how long it is."""
+        """Write as much of the data as the program's length permits, and then its full length."""
         self.write(place, data[: self.length_at(length_place)])
         self.write(length_place, _LENGTH.pack(len(data)))
 
     def scatter(self, parts: list[tuple[int, int]], data: bytes) -> int:
-        """How much of it there was room for."""
+        """Write data into these parts; returns how many bytes had room."""
         done = 0
         for place, size in parts:
             self.write(place, data[done : done + size])
@@ -97,7 +97,7 @@ class Program:
         return b"".join(self.read(place, size) for place, size in parts)
 
     def inode(self, descriptor: int) -> int:
-        """Of a socket; 0: it is none."""
+        """The inode of a socket; 0 if the descriptor is no socket."""
         try:
             target = os.readlink(f"/proc/{self._thread}/fd/{descriptor}")
         except OSError:
@@ -105,7 +105,7 @@ class Program:
         return int(target[8:-1]) if target.startswith("socket:[") else 0
 
     def fetch(self, descriptor: int) -> int:
-        """A copy of it."""
+        """A copy of a descriptor of the program."""
         with open(f"/proc/{self._thread}/status", encoding="utf-8", errors="replace") as file:
             process = next(int(line.split()[1]) for line in file if line.startswith("Tgid:"))
         return fetched(process, descriptor)

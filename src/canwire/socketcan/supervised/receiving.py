@@ -1,6 +1,6 @@
-"""recvfrom and recvmsg of a program whose calls are answered: data, address, times, counts of losses.
+"""recvfrom and recvmsg of a program whose calls the server answers: data, address, times, counts of losses.
 
-A call that waits is answered when its socket has something: `Receiving.look` is called again then.
+A call that waits is answered when its socket has data: `Receiving.look` is called again then.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _LONGEST = 1 << 17
 
 
 class Arrived(NamedTuple):
-    """A message, and what its row says."""
+    """A message with the values of its row."""
 
     data: bytes
     row: Row
@@ -47,7 +47,7 @@ def _fitting(control: bytes, room: int) -> tuple[bytes, bool]:
 
 
 class Receiving:
-    """One such call."""
+    """One call of recvfrom or recvmsg."""
 
     def __init__(self, call: Call, program: Program, found: CanSocket) -> None:
         self.call = call
@@ -59,7 +59,7 @@ class Receiving:
         self.limit_s = 0.0  # SO_RCVTIMEO; 0: none
 
     def look(self) -> int | None:
-        """What the call returns; None: it waits. Raises OSError."""
+        """The return value of the call; None: it waits. Raises OSError."""
         if self._flags & socket.MSG_ERRQUEUE:
             return self._error()
         descriptor = self._program.fetch(self.call.arguments[0])

@@ -35,16 +35,16 @@ _LARGEST = 1 << 16
 
 
 class Sockets(Protocol):
-    """The server's."""
+    """The sockets of the server."""
 
     def make(self, type: int, protocol: int, program: str) -> socket.socket:
-        """The program's end of a new one; raises OSError."""
+        """Make a socket and return the program's end; raises OSError."""
 
     def of_inode(self, inode: int) -> CanSocket | None: ...
 
 
 class Supervisor:
-    """Of one program and what it starts; `listener` is closed with the last of them."""
+    """Answers the calls of one program and of those that it starts; `listener` is closed with the last of them."""
 
     def __init__(
         self, setting: Setting, sockets: Sockets, listener: Listener, door: NetlinkDoor | None

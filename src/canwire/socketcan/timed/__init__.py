@@ -1,1 +1,1 @@
-"""SocketCAN programs that keep one time with others."""
+"""SocketCAN programs in lockstep time."""

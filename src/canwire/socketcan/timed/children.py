@@ -1,4 +1,4 @@
-"""Processes that others have started, as /proc shows them (proc_pid_stat(5))."""
+"""Child processes and parents, from /proc (proc_pid_stat(5))."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 
 
 def children_of(process: int) -> list[int]:
-    """Those that it has started itself, ended ones that it has not waited for included."""
+    """The direct children of a process, including ended ones that it has not waited for."""
     return [
         number
         for number in map(int, filter(str.isdigit, os.listdir("/proc")))
@@ -15,7 +15,7 @@ def children_of(process: int) -> list[int]:
 
 
 def is_below(process: int, above: int) -> bool:
-    """`process` is `above`, or was started by it, or by one that is below it."""
+    """True if `process` is `above` or one of its descendants."""
     while process > 1:
         if process == above:
             return True
@@ -24,7 +24,7 @@ def is_below(process: int, above: int) -> bool:
 
 
 def parent_of(process: int) -> int:
-    """0 for one that is not there."""
+    """The parent of a process; 0 if the process does not exist."""
     try:
         with open(f"/proc/{process}/stat", "rb") as file:
             return int(file.read().rpartition(b")")[2].split()[1])

@@ -10,9 +10,9 @@ NEVER = (1 << 63) - 1
 
 
 class Seat:
-    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it had its last.
+    """A thread that takes part: it runs, or waits for `give`. `round` is the server's turn in which it last ran.
 
-    One that `sleeps` waits for nothing but its time, and one with `children` for the end of one of these processes.
+    One that `sleeps` waits only for its time, and one with `children` waits for the end of one of these processes.
     """
 
     def __init__(self, process: int) -> None:
@@ -25,7 +25,7 @@ class Seat:
         self.round = -1
 
     def runs(self, processes: Sequence[int]) -> bool:
-        """So does who waits for a child, as long as neither that nor what it has started is one of these processes."""
+        """True if it runs, or if it waits for children of which neither they nor descendants are in `processes`."""
         if self.give is None or not self.children or self.looks:
             return self.give is None
         return not any(is_below(process, child) for child in self.children for process in processes)

@@ -28,7 +28,7 @@ class _Information(ctypes.Structure):
 
 
 def send_timer_signal(process: int, number: int, value: int, timer: int) -> None:
-    """`process` is a pidfd. Raises OSError: ProcessLookupError where it has ended."""
+    """Send a signal to a process; `process` is a pidfd. Raises OSError: ProcessLookupError if it has ended."""
     information = _Information(number=number, code=_SI_TIMER, timer=timer, value=value)
     _check(_libc.syscall(_PIDFD_SEND_SIGNAL, process, number, ctypes.byref(information), 0))
 

@@ -1,4 +1,4 @@
-"""Timers that programs read as descriptors (timerfd), by their hub's time: each an eventfd that is counted up here."""
+"""Timers that programs read as descriptors (timerfd), in the hub's time: each is an eventfd that is counted up here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LAST_SIGNAL = 64
 
 
 class TimerSignal(NamedTuple):
-    """What a timer of timer_create sends: number 0 is none, thread 0 is whichever the system takes."""
+    """The signal of a timer of timer_create: number 0 is none, thread 0 is any thread that the system chooses."""
 
     number: int = 0
     value: int = 0
@@ -28,7 +28,7 @@ NO_SIGNAL = TimerSignal()
 
 
 class Keeps(Protocol):
-    """Whose time it is: turns.py's TimedWaiter."""
+    """The owner of the time: TimedWaiter of turns.py."""
 
     now_ns: int
 
@@ -49,7 +49,7 @@ class _TimerDescriptor:
 
 
 class TimerDescriptors:
-    """All of them, by a number from 1 up."""
+    """All timers, by a number from 1 up."""
 
     def __init__(self, time: Keeps) -> None:
         self._time = time
@@ -57,9 +57,9 @@ class TimerDescriptors:
         self._last = 0
 
     def open(self, process: int, nonblocking: bool, signal: TimerSignal = NO_SIGNAL) -> tuple[int, int]:
-        """Number and descriptor of a new one, not armed; raises OSError where there are too many, or no such signal.
+        """Number and descriptor of a new timer, not armed; raises OSError for an invalid signal.
 
-        One with a `signal` sends that to the program and counts nothing (timer_create).
+        A timer with a `signal` sends it to the program and counts nothing (timer_create).
         """
         if not 0 <= signal.number <= _LAST_SIGNAL or signal.thread < 0:
             raise OSError(errno.EINVAL, "no signal, or no thread")
@@ -71,9 +71,9 @@ class TimerDescriptors:
         return self._last, made.descriptor
 
     def set(self, number: int, times_ns: tuple[int, ...] | None) -> tuple[int, int]:
-        """Off in so long (0: never), and then each time; None: only look. What was left before, and each time.
+        """Set the first time and the interval (0: never); None: change nothing. Returns the previous rest and interval.
 
-        Raises OSError for an unknown one.
+        Raises OSError for an unknown timer.
         """
         one = self._made.get(number)
         if one is None:
@@ -91,7 +91,7 @@ class TimerDescriptors:
         return before
 
     def forget(self, process: int) -> None:
-        """It has ended."""
+        """Remove the timers of a process that has ended."""
         for number in [number for number, one in self._made.items() if one.process == process]:
             self._close(number)
 

@@ -32,7 +32,7 @@ _AGAIN, _SLEEPS = 1, 2  # of a wait: shim/shim.h
 
 
 class TimedWaiter:
-    """A loop's waiter whose time is the hub's: `hub` takes part already. The creator of the loop sets `loop`."""
+    """A Waiter in the hub's time; `hub` already takes part in lockstep. The creator of the loop sets `loop`."""
 
     loop: Loop
 
@@ -98,7 +98,7 @@ class TimedWaiter:
     # threads of programs
 
     def requested(self, request: Request, asked: Asked, *, takes_part: bool) -> None:
-        """A thread asks for something, and so it runs. Where it has a seat, an answer that comes later is its turn."""
+        """A thread has sent a request, so it runs. If it has a seat, a later answer is its turn."""
         key = request.process, request.thread
         seat = self._seats.get(key)
         if seat is None and takes_part:
@@ -109,11 +109,11 @@ class TimedWaiter:
             asked.hold = lambda give: self._hold(seat, give)
 
     def has_seat(self, thread: int) -> bool:
-        """Whether this thread takes part."""
+        """True if this thread takes part."""
         return any(number == thread for _, number in self._seats)
 
     def still_asks(self, request: Request, asked: Asked) -> None:
-        """Its request is not answered yet: so it waits."""
+        """If the request is not answered yet, its thread waits."""
         seat = self._seats.get((request.process, request.thread))
         if seat is not None and not asked.answered:
             seat.give, seat.until_ns, seat.looks = _nothing, NEVER, False
@@ -135,12 +135,12 @@ class TimedWaiter:
         asked.when_gone(interrupted)
 
     def leaves(self, request: Request) -> None:
-        """This thread takes part no longer."""
+        """This thread no longer takes part."""
         self._seats.pop((request.process, request.thread), None)
         self.stir()
 
     def set_timer(self, process: int, first_ns: int, then_ns: int) -> tuple[int, int]:
-        """SIGALRM for this process so long from now (0: never), and then each time; what was set before."""
+        """Send SIGALRM to a process after `first_ns` (0: never), then every `then_ns`; returns the previous setting."""
         before = self._timers.pop(process, None)
         left_ns, interval_ns = 0, 0
         if before is not None:
@@ -152,7 +152,7 @@ class TimedWaiter:
         return left_ns, interval_ns
 
     def call_at_ns(self, due_ns: int, call: Callable[[], object]) -> Timer:
-        """At this time of the hub's."""
+        """Call this at a time of the hub."""
         return self.loop.call_at(due_ns / 1e9, call)
 
     def _goes_off(self, process: int, then_ns: int) -> None:
@@ -166,7 +166,7 @@ class TimedWaiter:
         self._interrupted(process, signal.SIGALRM)
 
     def interrupt(self, process: int, signal: TimerSignal, timer: int) -> None:
-        """Send this signal, as a timer of the kernel's would."""
+        """Send this signal like a timer of the kernel."""
         if process not in self._ends:
             return
         with suppress(ProcessLookupError):
@@ -185,7 +185,7 @@ class TimedWaiter:
             self._give(seat)  # it is interrupted already
 
     def stir(self) -> None:
-        """Everybody looks again, but for who sleeps, and those to whom the answer to a request is their turn."""
+        """Make all threads check again, except those that sleep, and those whose turn is the answer to a request."""
         for seat in self._seats.values():
             if seat.give is not _nothing and not seat.sleeps:
                 seat.looks = True

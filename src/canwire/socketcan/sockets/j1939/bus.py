@@ -24,19 +24,19 @@ _FRAME = struct.Struct("<IBxxx8s")
 
 
 class Member(Protocol):
-    """A socket."""
+    """A socket on this bus."""
 
     slot: int
     endpoint: Endpoint
 
     def confirm(self, message: Message) -> None:
-        """A frame that this side sent was on the bus."""
+        """A frame of this socket was on the bus."""
 
     def bus_lost(self, interface: Interface, error: int) -> None: ...
 
 
 class J1939Bus:
-    """Of one port, which it listens to while it has members."""
+    """The J1939 network of one port, from which it receives while it has members."""
 
     def __init__(self, setting: Setting, port: Port, emptied: Callable[[], object]) -> None:
         self.port = port
@@ -51,7 +51,7 @@ class J1939Bus:
         self.network.endpoints.append(member.endpoint)
 
     def leave(self, member: Member) -> None:
-        """A second time does nothing."""
+        """Remove a member; a second call has no effect."""
         if self._members.pop(member.slot, None) is None:
             return
         self.network.endpoints.remove(member.endpoint)
@@ -91,14 +91,14 @@ class J1939Bus:
 
 
 class J1939Buses:
-    """Of one server."""
+    """The J1939 networks of one server."""
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
         self._by_port: dict[Port, J1939Bus] = {}
 
     def of(self, port: Port) -> J1939Bus:
-        """Made when its first socket asks for it."""
+        """The network of this port, made for its first socket."""
         if port not in self._by_port:
             self._by_port[port] = J1939Bus(self._setting, port, lambda: self._by_port.pop(port))
         return self._by_port[port]

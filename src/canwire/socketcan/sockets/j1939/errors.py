@@ -1,4 +1,4 @@
-"""The error queue of a J1939 socket: what it says of each message, as recvmsg(MSG_ERRQUEUE) hands it over."""
+"""The error queue of a J1939 socket: reports about each message, as recvmsg(MSG_ERRQUEUE) reads them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _SOFTWARE = 1 << 4  # SOF_TIMESTAMPING_SOFTWARE
 
 
 class Reports(ErrorQueue):
-    """Of one socket, while SO_J1939_ERRQUEUE is set."""
+    """The reports of one socket, while SO_J1939_ERRQUEUE is set."""
 
     def put(self, report: Report, stamps: Stamps, stamp_ns: int) -> bool:
-        """Keep it, if SO_TIMESTAMPING asks for such; whether it was."""
+        """Keep a report if SO_TIMESTAMPING requests its kind; returns whether it was kept."""
         needed = report.what.value[2]
         if needed and not stamps.flags & needed:
             return False

@@ -1,4 +1,4 @@
-"""struct sockaddr_can as CAN_J1939 has it.
+"""struct sockaddr_can with the fields of CAN_J1939.
 
 Source: linux/can.h.
 """
@@ -17,7 +17,7 @@ _ADDRESS = struct.Struct("<HxxiQIBxxx")
 
 
 class Name(NamedTuple):
-    """All of it, but for the family."""
+    """All fields except the family."""
 
     interface: int
     name: int
@@ -29,7 +29,7 @@ class Name(NamedTuple):
 
 
 def parsed(address: bytes, *, index_needed: bool = True) -> Name:
-    """Raises OSError."""
+    """The fields in these bytes; raises OSError."""
     if len(address) < _ADDRESS.size:
         raise refuse(errno.EINVAL)
     family, index, name, pgn, own = _ADDRESS.unpack_from(address)

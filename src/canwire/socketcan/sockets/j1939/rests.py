@@ -1,4 +1,4 @@
-"""Messages longer than what a socket pair has room for: their first bytes come by that, the rest is asked for."""
+"""The rests of messages that do not fit into a socket pair: the first bytes use the pair, the rest a request."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _MOST = 16
 
 
 class Rests:
-    """Of one socket's messages; who reads past the library does not ask for them, so the oldest ones go."""
+    """The rests of one socket's messages. If a program reads without the library, the oldest rests are dropped."""
 
     def __init__(self) -> None:
         self._rests: dict[int, bytes] = {}
         self._next = 0
 
     def keep(self, rest: bytes) -> int:
-        """Its number, 1 to 255; 0 where there is none."""
+        """Keep a rest; returns its number, 1 to 255, or 0 if it is empty."""
         if not rest:
             return 0
         if len(self._rests) >= _MOST:
@@ -29,7 +29,7 @@ class Rests:
         return self._next
 
     def take(self, number: int) -> bytes:
-        """Raises OSError: ENOBUFS where it has gone."""
+        """Remove and return a rest; raises OSError: ENOBUFS if it was dropped."""
         if number not in self._rests:
             raise refuse(errno.ENOBUFS)
         return self._rests.pop(number)

@@ -46,7 +46,7 @@ _MOST_PENDING, _MOST_QUEUED = 256, 8192  # messages: where a write waits, and wh
 
 
 class J1939Socket(MessageSocket):
-    """Messages that are being sent survive `close`."""
+    """A CAN_J1939 socket. Messages that are being sent are completed after `close`."""
 
     def __init__(self, opened: Opened, buses: J1939Buses) -> None:
         table, slot = opened.setting.table, opened.slot
