@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import canwire
+from canwire.bus.can.bits import measure
 from canwire.bus.can.echo import Echo
+from canwire.bus.can.node import Mailbox
 from canwire.bus.can.station import Station
 from canwire.bus.can.stepped import losing_bit
 from canwire.bus.can.stimulus import Stimulus
+from canwire.bus.load import BusLoad
 from canwire.chips.confinement import Confinement
 from canwire.hub.protocol.turn_page import TurnPage
 
@@ -36,6 +41,22 @@ def test_a_stimulus_is_over_at_the_end_of_time() -> None:
     stimulus.position, stimulus.next_ps = -5, 0
     stimulus.advance(10)
     assert stimulus.level == 1
+
+
+def test_a_bus_that_is_busy_for_ages_is_looked_at_in_an_instant() -> None:
+    load = BusLoad()
+    load.add(7, 2**62)  # ten thousand million buckets
+    assert (load.percent(2**62), load.peak(), load.busy_ns) == (100.0, 100.0, 2**62 - 7)
+
+
+@compiled_only
+def test_a_mailbox_that_was_never_initialised_has_a_record() -> None:
+    with canwire.Lab() as lab:
+        chip: Any = lab.can_bus("can0").node("a", controller="sja1000").line.controller
+        chip.received(Mailbox.__new__(Mailbox), 1)
+        box = Mailbox.__new__(Mailbox)
+        measure(box, 0)
+    assert (box.key, box.bits) == (0, 50)  # three of them are stuff bits
 
 
 @compiled_only

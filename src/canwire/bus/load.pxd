@@ -1,7 +1,7 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 
-cdef long long _BUCKET_NS
+cdef long long _BUCKET_NS, _LONG_NS
 
 @cython.final
 cdef class BusLoad:

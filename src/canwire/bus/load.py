@@ -5,6 +5,7 @@ from __future__ import annotations
 BUCKET_NS = 100_000_000
 BUCKETS = 10
 _BUCKET_NS = BUCKET_NS
+_LONG_NS = 2 * BUCKETS * BUCKET_NS
 
 
 class BusLoad:
@@ -47,6 +48,11 @@ class BusLoad:
         start_ns = max(
             start_ns, self._bucket_end_ns - BUCKET_NS
         )  # what was looked at already stays as it was
+        if (
+            end_ns - start_ns > _LONG_NS
+        ):  # busy throughout: the buckets before the last of these are not asked for
+            start_ns = end_ns - _LONG_NS
+            self._advance(start_ns)
         while end_ns > self._bucket_end_ns:
             edge_ns = self._bucket_end_ns
             self._bucket_ns += edge_ns - start_ns

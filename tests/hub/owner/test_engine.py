@@ -196,7 +196,9 @@ def test_real_time_keeps_pace_with_the_clock(make: Make) -> None:
     assert later - between <= second - first <= after - before
 
 
-def test_timers_run_in_order_and_never_early(make: Make) -> None:
+@pytest.mark.parametrize("busy_s", [0.0, 0.04], ids=["on time", "all late"])
+def test_timers_run_in_order_and_never_early(make: Make, busy_s: float) -> None:
+    """On a busy machine the thread may get its turn only when all of them are due: one turn, and one lateness."""
     engine = make("real")
     seen: list[tuple[int, int, int]] = []
 
@@ -209,6 +211,7 @@ def test_timers_run_in_order_and_never_early(make: Make) -> None:
         for due_ms in (30, 10, 10, 20):
             due_ns = base_ns + due_ms * MS
             timeline.at(due_ns, partial(happen, due_ns))
+        time.sleep(busy_s)
         return base_ns
 
     started = time.monotonic_ns()
@@ -217,8 +220,8 @@ def test_timers_run_in_order_and_never_early(make: Make) -> None:
     assert [(due - base_ns) // MS for due, _, _ in seen] == [10, 10, 20, 30]
     assert all(at == due for due, at, _ in seen)
     assert all(wall - started >= due - base_ns for due, _, wall in seen)
-    assert len(engine.lateness_ns()) >= 3
     assert min(engine.lateness_ns()) >= 0
+    assert max(engine.lateness_ns()) >= round(busy_s * 1e9) - 10 * MS
 
 
 def test_what_is_due_happens_before_input_is_handled(make: Make) -> None:

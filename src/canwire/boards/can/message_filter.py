@@ -65,12 +65,15 @@ class FormatFilter:
             raise NotInitialised("this filter was set up without a list of identifiers")
         if mask & _NEVER and code & _NEVER:
             return
-        free = [bit for bit in range(self.width) if not mask >> bit & 1]
+        free = [1 << bit for bit in range(self.width) if not mask >> bit & 1]
         if 1 << len(free) > 2 * self.size:
             raise BadFilter(
                 f"pattern {code:#x}/{mask:#x} has {1 << len(free)} entries: the list holds {2 * self.size}"
             )
-        listed = self.listed | set(_spread(code & mask, free))
+        spread = [code & mask]
+        for bit in free:
+            spread += [value | bit for value in spread]
+        listed = self.listed.union(spread)
         if len(listed) > 2 * self.size:
             raise BadFilter(f"{len(listed)} entries: the list holds {2 * self.size}")
         self._take(listed)
@@ -135,11 +138,3 @@ def message_filter(
         FormatFilter(standard_mode, standard_size, _STANDARD_BITS),
         FormatFilter(extended_mode, extended_size, _EXTENDED_BITS),
     )
-
-
-def _spread(fixed: int, free: list[int]) -> list[int]:
-    """Every value with these fixed bits and any in the free places."""
-    values = [fixed]
-    for bit in free:
-        values += [value | 1 << bit for value in values]
-    return values
