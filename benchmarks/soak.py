@@ -194,7 +194,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of what is done when (default: 0)")
     parser.add_argument("--output", type=Path, default=Path("soak"), metavar="FOLDER", help="default: ./soak")
     arguments = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a script's `&` has it ignored, also in the programs
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # a script's `&` has it ignored, also in the programs
     with tempfile.TemporaryDirectory() as home:
         soak = Soak(Path(home), arguments.output, arguments.seed)
         try:

@@ -274,7 +274,7 @@ def test_who_computes_for_too_long_is_named_and_time_waits_on() -> None:
         said = made.said.get(timeout=LONG_S)
         while "did not join" in said:
             said = made.said.get(timeout=LONG_S)
-        assert "time stands at 0.500000000 s: busy (" in said
+        assert "time stopped at 0.500000000 s: busy (" in said
         assert "computes" in said
         state = viewer.time_state()
         assert (state.now_ns, state.standstill) == (500_000_000, said)

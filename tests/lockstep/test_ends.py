@@ -57,7 +57,7 @@ def test_a_killed_program_is_let_go_with_a_word_and_the_others_go_on(tmp_path: P
         assert [first_line(steps), first_line(steps)] == ["ready", "1000000000"]
         assert (
             made.hears("b (")
-            == f"canwire: b ({killed.pid}) has left at 0.055000000 s: time goes on without it"
+            == f"canwire: b ({killed.pid}) has left at 0.055000000 s: time continues without it"
         )
 
 

@@ -75,7 +75,7 @@ def test_a_killed_one_is_let_go_with_a_word(tmp_path: Path) -> None:
         assert [first_line(steps), first_line(steps)] == ["ready", "1000000000"]
         word = made.hears("b (")
         assert word.startswith(f"canwire: b ({killed.pid} on ")
-        assert word.endswith(" has left at 0.055000000 s: time goes on without it")
+        assert word.endswith(" has left at 0.055000000 s: time continues without it")
 
 
 COMPUTES = """

@@ -87,7 +87,7 @@ def test_who_is_missing_is_waited_for_from_the_first_one_on_and_answers_for_noth
     made.passes(0.9 * PATIENCE_S)
     assert not made.said
     made.passes(10 * PATIENCE_S)
-    assert made.said == ["time stands at 0.000000000 s: 1 of 2 programs did not join yet"]
+    assert made.said == ["time stopped at 0.000000000 s: 1 of 2 programs did not join yet"]
     made.joins("b")
     made.passes(0.9 * PATIENCE_S)
     assert (len(made.said), made.standstill) == (1, "")

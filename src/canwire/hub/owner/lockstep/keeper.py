@@ -166,7 +166,7 @@ class Lockstep:
         if not program.sessions:
             del self._programs[program.word]
             self._say(
-                f"{program.name} has left at {_seconds(self._timeline.now_ns)}: time goes on without it"
+                f"{program.name} has left at {_seconds(self._timeline.now_ns)}: time continues without it"
             )
 
     # for the pace
@@ -187,7 +187,7 @@ class Lockstep:
 
     def stands(self, repeats: bool) -> None:
         """Report why no time has passed for too long. `repeats`: threads run repeatedly at one instant."""
-        self.standstill = f"time stands at {_seconds(self._timeline.now_ns)}: {self._why(repeats)}"
+        self.standstill = f"time stopped at {_seconds(self._timeline.now_ns)}: {self._why(repeats)}"
         self._say(self.standstill)
 
     def _why(self, repeats: bool) -> str:
@@ -214,7 +214,7 @@ class Lockstep:
         if any(one.name == request.name for one in self.turns.everybody):
             self._say(
                 f"two programs are called {request.name}: the one that joined first goes first, which may be different "
-                f"the next time; CANWIRE_NAME gives each a name of its own"
+                f"the next time; CANWIRE_NAME gives each its own name"
             )
         return program
 
