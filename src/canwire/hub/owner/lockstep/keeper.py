@@ -185,7 +185,7 @@ class Lockstep:
         if asked is not None:
             asked.settle(answer or (m.Number(self._timeline.now_ns), ()))
 
-    def stands(self, repeats: bool) -> None:
+    def report_standstill(self, repeats: bool) -> None:
         """Report why no time has passed for too long. `repeats`: threads run repeatedly at one instant."""
         self.standstill = f"time stopped at {_seconds(self._timeline.now_ns)}: {self._why(repeats)}"
         self._say(self.standstill)

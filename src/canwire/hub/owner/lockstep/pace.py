@@ -100,7 +100,7 @@ class LockstepPace(RealPace):
             self._told_of_repeats = True
         else:
             self._told = True
-        self._lockstep.stands(repeats)
+        self._lockstep.report_standstill(repeats)
         return self._watch(now_ns)
 
     def _look(self, now_ns: int) -> None:
