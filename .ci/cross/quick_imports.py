@@ -2,8 +2,8 @@
 
 There `os.stat` asks a second process for the serial number of the volume, by way of a third: 1.5 ms of a processor, and
 `import` does that a thousand times for a verb. For all that was installed before the start the names, sizes and times
-come from the lists of their folders, and a file is read without such a question. The standard library's archive is read once,
-not once for each of its modules. Both together take away more than half of a start's processor time.
+come from the lists of their folders, and a file is read without such a question. The archive of the standard library is
+read once, not once for each of its modules, which takes another quarter off a verb.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ def content(loader: object, path: str) -> bytes:
 class Archives:
     """What `zipimport` opens its archives by."""
 
-    kept: dict[str, bytes] = {}
+    def __init__(self) -> None:
+        self.kept: dict[str, bytes] = {}
 
     def open_code(self, path: str) -> _io.BytesIO:
         if path not in self.kept:

@@ -29,9 +29,10 @@ WITHOUT_A_HUB = {  # words, and what they say
     "slcan": "Windows has no pseudo terminals; use --tcp",
     "devices --hub C:\\nowhere\\hub": "no hub listens on C:",
 }
-HELP_ALONE = (  # of verbs that need another hub, an ECU, or packages that this Python does not have
-    "bridge candrv detect isotp pace plot query router simulate socketcand uds view".split()
-)
+HELP_ALONE = [  # of verbs that need another hub, an ECU, a terminal, or packages that this Python does not have
+    *("bridge", "candrv", "detect", "isotp", "pace", "plot"),
+    *("query", "router", "simulate", "socketcand", "uds", "view"),
+]
 ALL_HELP = f"""
 from canwire.commands import main
 for verb in {HELP_ALONE}:
