@@ -5,9 +5,11 @@ from __future__ import annotations
 import fcntl
 import os
 import pty
+import re
 import subprocess
 import termios
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -93,9 +95,9 @@ def line_of(program: Program, holds: str) -> str:
     raise AssertionError(f"{program.args} ended without {holds!r}: {''.join(said)}")
 
 
-@pytest.fixture
-def windows() -> Iterator[Windows]:
-    """Its programs; those that still run in the end are killed."""
+@contextmanager
+def programs() -> Iterator[Windows]:
+    """Those of Windows; what still runs in the end is killed."""
     if not PYTHON:
         pytest.skip("here is no Python of Windows: bash .ci/windows makes one, and runs these tests")
     running: list[Program] = []
@@ -115,15 +117,35 @@ def windows() -> Iterator[Windows]:
         said, _ = start(*words).communicate(timeout=LONG_S)
         return said
 
-    yield Windows(start, run)
-    for program in running:
-        program.kill()
-        program.communicate(timeout=LONG_S)
+    try:
+        yield Windows(start, run)
+    finally:
+        for program in running:
+            program.kill()
+            with program:  # its streams are closed: another program may have their other ends
+                pass
 
 
 @pytest.fixture
-def hub(windows: Windows, tmp_path: Path) -> str:
-    """A hub on Windows: its address there."""
-    address = windows.path(tmp_path / "hub")
-    line_of(windows.start("-m", "canwire", "serve", "--time", "fast", "--socket", address), "canwire hub on")
-    return address
+def windows() -> Iterator[Windows]:
+    with programs() as made:
+        yield made
+
+
+@pytest.fixture(scope="package")
+def hub(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A hub on Windows, for all tests: its address there."""
+    with programs() as made:
+        address = made.path(tmp_path_factory.mktemp("windows") / "hub")
+        line_of(made.start("-m", "canwire", "serve", "--time", "fast", "--socket", address), "canwire hub on")
+        yield address
+
+
+@pytest.fixture(scope="package")
+def page(hub: str) -> Iterator[str]:
+    """`canwire web` on this hub: the address of its page, with the token."""
+    with programs() as made:
+        web = made.start("-m", "canwire", "web", "--port", "0", "--hub", hub)
+        found = re.search(r"http://\S+", line_of(web, "canwire web:"))
+        assert found is not None
+        yield found[0]

@@ -18,14 +18,14 @@ ROOT = Path(__file__).parents[2]
 PROGRAMS = Path(__file__).parent / "programs"
 NATIVE_PROGRAMS = ROOT / "tests" / "native" / "programs"
 
-MADE = ROOT / "src" / "canwire" / "native" / "lib" / "windows"
+MADE = Path(PYTHON).parent / "dlls"  # where .ci/windows has everything else that it makes
 
 Program = subprocess.Popen[str]
 
 
 def _up_to_date() -> bool:
     """They are newer than all that they are made of."""
-    native = MADE.parents[1]
+    native = ROOT / "src" / "canwire" / "native"
     sources = [path for kind in ("*.c", "*.cpp", "*.h") for path in native.rglob(kind)]
     library = MADE / "vciapi.dll"  # the last one that is made
     return library.exists() and library.stat().st_mtime > max(path.stat().st_mtime for path in sources)
@@ -38,7 +38,7 @@ class Libraries:
         self.home = home
         find_program("x86_64-w64-mingw32-g++")
         if not _up_to_date():
-            subprocess.run(["bash", ROOT / ".ci" / "dlls"], check=True, timeout=10 * LONG_S)
+            subprocess.run(["bash", ROOT / ".ci" / "dlls", MADE], check=True, timeout=10 * LONG_S)
         for file in MADE.iterdir():
             shutil.copy(file, home)
 

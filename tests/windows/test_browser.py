@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from tests.web.conftest import opened_browser, tab
 from tests.windows.conftest import Windows
-from tests.windows.test_page import served
 
 
-def test_a_frame_is_seen_in_the_trace(windows: Windows, hub: str) -> None:
-    address = served(windows, hub)
+def test_a_frame_is_seen_in_the_trace(windows: Windows, hub: str, page: str) -> None:
     windows.canwire("up", "HW000002:0", "--hub", hub)
-    with opened_browser() as browser, tab(browser, address) as page:
-        page.goto(address.partition("/?")[0] + "/trace")
-        page.locator("body[data-listening=yes]").wait_for()
+    with opened_browser() as browser, tab(browser, page) as shown:
+        shown.goto(page.partition("/?")[0] + "/trace")
+        shown.locator("body[data-listening=yes]").wait_for()
         windows.canwire("send", "HW000001:0", "123#1122", "--hub", hub)
-        page.locator("#body .trace-row", has_text="11 22").first.wait_for()
+        shown.locator("#body .trace-row", has_text="11 22").first.wait_for()
