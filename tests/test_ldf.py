@@ -18,6 +18,7 @@ from canwire import (
     LinSlot,
     SlotKind,
 )
+from tests.cases import each
 
 pytest.importorskip("ldfparser")
 
@@ -98,7 +99,7 @@ def test_arrays(door: ldf.LinDescription) -> None:
     assert decoded["MirrorName"] == [77, 105, 114]
 
 
-@pytest.mark.parametrize(
+@each(
     ("use", "message"),
     [
         (lambda door: door.encode("Nothing", {}), "no frame 'Nothing'; there are Command"),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from canwire import BadValue
 from canwire.acan import BROADCAST, MachineField, acan_word, identifiers, plain_identifier
 from canwire.acan.identifiers import significant
+from tests.cases import each
 
 standard, extended = st.integers(0, 0x7FF), st.integers(0, 0x1FFF_FFFF)
 fields = st.integers(1, 29).flatmap(
@@ -31,7 +32,7 @@ DRAWING = [
 
 
 @pytest.mark.conforms("AC-17")
-@pytest.mark.parametrize(("bit", "of_extended", "of_standard"), DRAWING)
+@each(("bit", "of_extended", "of_standard"), DRAWING)
 def test_bits_lie_as_drawn(bit: int, of_extended: int, of_standard: int | None) -> None:
     assert acan_word(1 << of_extended, extended=True) == 1 << bit
     if of_standard is not None:

@@ -18,6 +18,7 @@ from canwire import BadText, BadValue, InUse
 from canwire.acan.driver import open_driver
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent, Installation, find_line, install, setup, uninstall
+from tests.cases import each
 from tests.hubs import Connect
 
 SJA1000, OTHER = 5, 0x0A
@@ -25,7 +26,7 @@ LONG = 60  # seconds after which something that should happen never will
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize(
+@each(
     ("text", "expected"),
     [
         ("/P:280 /I:5", Installation(0x280, 5)),
@@ -42,7 +43,7 @@ def test_the_command_line_of_acan_exe(text: str, expected: Installation | None) 
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize(
+@each(
     "text", ["", "/P:280", "/I:5", "/P:280 /I:5 /U", "/P:xyz /I:5", "/P:280 /P:2A0", "/P:280 /I:5 x", "/I:5x"]
 )
 def test_other_command_lines_are_refused(text: str) -> None:

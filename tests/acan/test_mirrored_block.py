@@ -25,6 +25,7 @@ from canwire.acan.identifiers import acan_word
 from canwire.acan.messages import frame_of, message_of
 from canwire.acan.mirrored_block import MirroredBlock
 from canwire.acan.structures import ACANID, ACANMB, ACANMBSZ, ACANTB
+from tests.cases import each
 
 ALL = ACANID(0, 0, IDA_NOTIFY | IDA_QUEUEMSG)
 
@@ -95,7 +96,7 @@ def ids(memory: Any, count: int) -> list[int]:
 
 
 @pytest.mark.conforms("AC-35")
-@pytest.mark.parametrize(
+@each(
     ("field", "fields"),
     [
         ("bNId", {"bNId": 2, "idTable": [ALL]}),

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, acan
+from tests.cases import each
 
 # C's declarations, in bytes; pointers are far
 BYTE, WORD, DWORD, POINTER = 1, 2, 4, 4
@@ -140,8 +141,8 @@ def test_round_trip_of_a_task_block_with_its_filters(block: acan.ACANTB, filters
     assert [one.pack() for one in again.idTable] == [one.pack() for one in filters]
 
 
-@pytest.mark.parametrize("cls", FIELDS)
-@pytest.mark.parametrize("more", [-1, 1])
+@each("cls", FIELDS)
+@each("more", [-1, 1])
 def test_other_sizes_are_refused(cls: type, more: int) -> None:
     with pytest.raises(BadValue, match=cls.__name__):
         cls.unpack(bytes(cls.SIZE + more))

@@ -30,6 +30,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
+from tests.cases import each
 
 CLASS = "661DC760-AFA5-4D55-86F5-FABC63600A54"
 TOY = BoardKind("toy", CLASS, "Toy", (Connector("CAN", figures.USB_TO_CAN, "can0"),))
@@ -264,7 +265,7 @@ def test_no_hardware_ids(copper: Copper, text: str) -> None:
         copper.plugged("usb-to-can", text)
 
 
-@pytest.mark.parametrize("text", ["", " ", "can 0", "can0\n", "(can0)", "HW1:0", "x" * 65, 5])
+@each("text", ["", " ", "can 0", "can0\n", "(can0)", "HW1:0", "x" * 65, 5])
 def test_no_bus_names(text: str) -> None:
     with pytest.raises(BadValue, match="bus name"):
         checked_bus_name(text)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue, Draw, campaign
 from canwire.campaigns.parameters import Space
+from tests.cases import each
 
 
 def test_the_last_list_changes_first() -> None:
@@ -56,7 +57,7 @@ def test_draws_belong_to_the_run_s_seed() -> None:
     assert space.at(5, 77) != space.at(5, 78)
 
 
-@pytest.mark.parametrize(
+@each(
     ("made", "said"),
     [
         (lambda: Draw.uniform(2, 1), "from 2 to 1: nothing lies between"),

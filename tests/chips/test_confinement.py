@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire.bus.can import node
 from canwire.chips.confinement import ACTIVE, BUS_OFF, PASSIVE, WARNING, Confinement
 from canwire.values.event import ErrorState
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -52,7 +53,7 @@ STEPS = [
 
 @pytest.mark.conforms("G-09")
 class TestTable:
-    @pytest.mark.parametrize(("row", "rule", "tec", "rec"), STEPS)
+    @each(("row", "rule", "tec", "rec"), STEPS)
     def test_rules_that_count_up(self, row: str, rule: int, tec: int, rec: int) -> None:
         for start in ((0, 0), (5, 7), (90, 100)):
             confinement = at(*start)
@@ -82,7 +83,7 @@ class TestTable:
         assert one.apply(node.RECEIVED) == other.received()
         assert (one.tec, one.rec, one.state) == (other.tec, other.rec, other.state) == (8, 49, ACTIVE)
 
-    @pytest.mark.parametrize(
+    @each(
         ("tec", "rec", "state"),
         [
             (0, 0, ACTIVE),
@@ -173,7 +174,7 @@ class TestCrossings:
         assert (confinement.tec, confinement.state) == (256, BUS_OFF)
 
     @pytest.mark.conforms("G-11")
-    @pytest.mark.parametrize("rule", [rule for _, rule, _, _ in STEPS] + [node.RECEIVED])
+    @each("rule", [rule for _, rule, _, _ in STEPS] + [node.RECEIVED])
     def test_bus_off_holds_whatever_is_counted(self, rule: int) -> None:
         confinement = at(256, 5)
         assert not confinement.apply(rule)

@@ -10,6 +10,7 @@ import pytest
 import canwire
 from canwire.commands import main
 from canwire.commands.lab.waveform import draw
+from tests.cases import each
 
 # (frame, dynamic stuff bits, CRC, full stream with the ACK slot dominant), copied from section 11
 STREAMS = {
@@ -137,8 +138,8 @@ def test_a_terminal_gets_lines_of_its_width(
     assert max(map(len, drawing)) == 38
 
 
-@pytest.mark.parametrize(("fancy", "stroke"), [(True, "─"), (False, "_")])
-@pytest.mark.parametrize("width", [40, 61, 1000])
+@each(("fancy", "stroke"), [(True, "─"), (False, "_")])
+@each("width", [40, 61, 1000])
 def test_the_drawing_shows_every_level(fancy: bool, stroke: str, width: int) -> None:
     stream = STREAMS["C04"][3]
     lines = draw([int(bit) for bit in stream], [0] * len(stream), [], width, fancy=fancy)

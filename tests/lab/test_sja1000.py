@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire import BadTiming, BadValue, ErrorState, EventKind, Frame, Lab, LineError, NotIdle
+from tests.cases import each
 
 BIT_NS = 2_000
 
@@ -26,8 +27,8 @@ def test_frames_go_both_ways() -> None:
 
 
 @pytest.mark.finding("faults-2 7")
-@pytest.mark.parametrize("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
-@pytest.mark.parametrize("controller", ["fd", "sja1000"])
+@each("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
+@each("controller", ["fd", "sja1000"])
 def test_an_oscillator_that_no_chip_has_is_refused(controller: str, ppm: float) -> None:
     with Lab() as lab:
         bus = lab.can_bus()

@@ -39,6 +39,7 @@ from canwire.timeline import NEVER, Timeline
 from canwire.values.event import InfoCode
 from canwire.values.frame import frame_of_record
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
+from tests.cases import each
 
 NOMINAL = BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(5_000_000, clock_hz=80_000_000)
@@ -225,7 +226,7 @@ def test_a_mode_that_is_refused_changes_nothing(mode: LineMode) -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize(
+@each(
     ("feature", "mode"),
     [
         (Feature.LISTEN_ONLY, replace(CLASSIC, listen_only=True)),
@@ -732,8 +733,8 @@ class Traffic:
 
 
 @pytest.mark.conforms("X3-12", "X4-22", "X3-11")
-@pytest.mark.parametrize("gap_bits", [0, 400])
-@pytest.mark.parametrize("rate", RATES)
+@each("gap_bits", [0, 400])
+@each("rate", RATES)
 def test_the_rate_of_a_running_bus_is_found_and_nobody_notices(rate: int, gap_bits: int) -> None:
     searched, left_alone = Traffic(rate, gap_bits), Traffic(rate, gap_bits)
     searched.bench.can.detect(TABLE, 1000, True, searched.bench.done)

@@ -21,6 +21,7 @@ from canwire.boards.can.message_filter import (
     message_filter,
 )
 from canwire.boards.can.modes import FilterMode
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -51,10 +52,8 @@ def both(mode: int, size: int = 2048) -> MessageFilter:
 
 
 @pytest.mark.conforms("X4-34", "X4-33")
-@pytest.mark.parametrize("extended", [False, True])
-@pytest.mark.parametrize(
-    ("mode", "code"), [(LOCK, REJECTED), (PASS, ALWAYS), (INCL, BY_PATTERN), (EXCL, NOT_EXCLUDED)]
-)
+@each("extended", [False, True])
+@each(("mode", "code"), [(LOCK, REJECTED), (PASS, ALWAYS), (INCL, BY_PATTERN), (EXCL, NOT_EXCLUDED)])
 def test_just_made_everything_passes_but_for_lock(mode: FilterMode, code: int, extended: bool) -> None:
     """X3-28: after an initialisation everything passes."""
     expected = {} if code == REJECTED else dict.fromkeys(range(4096), code)
@@ -106,7 +105,7 @@ def test_twenty_nine_bits_and_the_remote_bit_are_compared() -> None:
     assert filter.judge(head(0x1FFFFFFE, extended=True)) == REJECTED
 
 
-@pytest.mark.parametrize("more", [0xF << 16, 1 << 10 | 1 << 11, 1 << 21, 1 << 8, 1 << 9, 0xFF << 24])
+@each("more", [0xF << 16, 1 << 10 | 1 << 11, 1 << 21, 1 << 8, 1 << 9, 0xFF << 24])
 def test_nothing_but_the_identifier_and_the_remote_bit_counts(more: int) -> None:
     filter = both(INCL)
     filter.standard.set_pattern(0x123 << 1, 0xFFF)

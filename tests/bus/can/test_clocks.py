@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BitTiming, ErrorKind, EventKind, Frame, Lab, LabNode
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -107,9 +108,9 @@ def passes(timing: BitTiming, sender_ppm: float, receiver_ppm: float, *, frames:
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("timing", TIMINGS.values(), ids=TIMINGS.keys())
-@pytest.mark.parametrize("share", [0.5, 0.98])
-@pytest.mark.parametrize("direction", [1, -1])
+@each("timing", TIMINGS.values(), ids=TIMINGS.keys())
+@each("share", [0.5, 0.98])
+@each("direction", [1, -1])
 def test_oscillators_within_the_tolerance_stay_in_step(
     timing: BitTiming, share: float, direction: int
 ) -> None:

@@ -20,6 +20,7 @@ from tests.bus.can.test_two_ways import (
     start_with_counters,
     summary,
 )
+from tests.cases import each
 from tests.effort import seeds
 
 pytestmark = pytest.mark.core
@@ -41,7 +42,7 @@ CLOCK = ("start_ps", "due_ps", "sampling", "synchronised", "joins", "data_rate",
 
 
 @pytest.mark.conforms("G-09")
-@pytest.mark.parametrize("first", range(0, 150, SEEDS_A_TEST))
+@each("first", range(0, 150, SEEDS_A_TEST))
 def test_many_bits_at_once_are_those_bits(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts) for coasts in (True, False))

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue, Lab, LinErrorKind, LinEventKind, LinFrame, LinState
+from tests.cases import each
 
 DATA = bytes.fromhex("00ff55aa0180fe7f")
 
@@ -32,8 +33,8 @@ def exchange(rate: int, ppm: float, *, synchronises: bool = True, master_ppm: fl
         return told
 
 
-@pytest.mark.parametrize("rate", [1000, 9600, 19200, 20000])
-@pytest.mark.parametrize("ppm", [-120_000, -20_000, 0, 20_000, 139_000])
+@each("rate", [1000, 9600, 19200, 20000])
+@each("ppm", [-120_000, -20_000, 0, 20_000, 139_000])
 def test_a_slave_that_synchronises_follows_within_14_percent(rate: int, ppm: float) -> None:
     assert exchange(rate, ppm) == []
 
@@ -82,7 +83,7 @@ def test_all_follow_the_master_s_clock() -> None:
 
 
 @pytest.mark.conforms("X3-37")
-@pytest.mark.parametrize("rate", [1000, 1200, 2400, 4800, 9600, 10400, 10417, 19200, 20000])
+@each("rate", [1000, 1200, 2400, 4800, 9600, 10400, 10417, 19200, 20000])
 def test_a_slave_finds_the_bit_rate_with_the_first_header(rate: int) -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=rate)

@@ -15,6 +15,7 @@ from canwire.chips.registers import Access
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
+from tests.cases import each
 from tests.chips.sja1000.bench import Bench
 from tests.effort import examples
 from tests.tables import sja1000_vectors
@@ -219,7 +220,7 @@ def test_descriptions_name_the_bits() -> None:
     assert m.PELICAN.named("RXERR").describe(12) == ""
 
 
-@pytest.mark.parametrize(
+@each(
     ("ocr", "dominant", "recessive"),
     [
         (0x6A, ("low", "float"), ("float", "low")),  # INduCAN104

@@ -27,6 +27,7 @@ from canwire.commands.candrv.programs import Written, shown
 from canwire.commands.candrv.suite import PROGRAMS
 from canwire.commands.candrv.switches import Usage, parse
 from tests import warm
+from tests.cases import each
 
 LONG = 60.0  # seconds after which something that should happen never will
 CONFIG = """
@@ -444,7 +445,7 @@ def test_can_mon(bench: Bench) -> None:
 
 
 @pytest.mark.conforms("FT-05")
-@pytest.mark.parametrize("kind", list(CanbusEvent))
+@each("kind", list(CanbusEvent))
 def test_every_event_has_its_line(kind: CanbusEvent) -> None:
     event = Event(int(kind), 12568, 5, 2, 0x025E0235, 0, 10, bytes(range(8)))
     message = " EXT 025E0235 0 A 00 01 02 03 04 05 06 07" if event.has_message else ""

@@ -39,6 +39,7 @@ from canwire.commands.dump.words import in_words
 from canwire.commands.live.decoding import decoder
 from canwire.commands.live.listening import RECORD, Listening, Record, places_of
 from canwire.commands.shared_hub import find_line
+from tests.cases import each
 
 CAR = str(Path(__file__).parents[1] / "car.dbc")
 SECOND = 1_000_000_000
@@ -71,7 +72,7 @@ def shown_by(capture: Capture, *frames: Frame) -> set[int]:
 
 
 @pytest.mark.conforms("PC-03", "PL-21")
-@pytest.mark.parametrize(
+@each(
     ("text", "shown"),
     [
         (["123:7FF"], {0x123}),
@@ -97,7 +98,7 @@ def test_filters(text: list[str], shown: set[int]) -> None:
     assert capture.accepts(BusEvent(EventKind.ERROR))
 
 
-@pytest.mark.parametrize(
+@each(
     ("kinds", "errors", "shown", "events"),
     [
         ([], False, {1, 2, 3, 4}, set()),
@@ -119,7 +120,7 @@ def test_kinds(kinds: list[str], errors: bool, shown: set[int], events: set[str]
     } == events
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "",

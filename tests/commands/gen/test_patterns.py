@@ -12,6 +12,7 @@ from canwire import BadDescription, BadValue, BitTiming, Frame, LineMode
 from canwire.commands.gen.cyclic import CyclicMessages
 from canwire.commands.gen.pace import by_load, every
 from canwire.commands.gen.patterns import Kind, frames
+from tests.cases import each
 
 CAR = str(Path(__file__).parents[1] / "car.dbc")
 
@@ -77,7 +78,7 @@ def test_the_same_seed_gives_the_same_frames() -> None:
     assert made(50, "random", "random", seed=7) != made(50, "random", "random", seed=8)
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "why"),
     [
         ({"id": "800"}, "no identifier of 11 bits"),

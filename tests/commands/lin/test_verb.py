@@ -30,6 +30,7 @@ from canwire.commands import main
 from canwire.commands.lin.line import mode_text
 from canwire.commands.lin.slots import with_delays
 from tests import warm
+from tests.cases import each
 
 MS = 1_000_000
 LINE = "HW000001:2"
@@ -65,7 +66,7 @@ def test_slots() -> None:
     assert frames == [LinFrame(0x12, b"\x01\x02"), LinFrame(0x3F, b"\x00", enhanced=True)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "error", "why"),
     [
         ("1", BadValue, "slot '1': like 10, 11:4@10ms"),

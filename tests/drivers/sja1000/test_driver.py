@@ -25,6 +25,7 @@ from canwire.errors import BadTiming, BadValue, Closed, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 from canwire.values.isa_address import port_of
 from canwire.values.record import ABORT_ON_ERROR, SINGLE_SHOT
+from tests.cases import each
 
 TIMING = BitTiming.for_bit_rate(500_000, clock_hz=8_000_000)
 EVENTS = frozenset(
@@ -365,7 +366,7 @@ def test_what_a_sender_finds_wrong(bench: Bench, bit: str | int, error: ErrorKin
     assert event.code
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "kind"),
     [
         (0x03, ErrorKind.BIT), (0x23, ErrorKind.BIT), (0x18, ErrorKind.FORM), (0x38, ErrorKind.BIT),

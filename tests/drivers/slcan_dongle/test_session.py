@@ -19,6 +19,7 @@ from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import POLL_NS, Session
 from canwire.drivers.slcan_dongle.user import Adapter, Setup
 from canwire.values.acceptance_orders import sja1000_dual
+from tests.cases import each
 from tests.effort import examples
 
 MS = 1_000_000
@@ -167,7 +168,7 @@ def test_an_adapter_that_has_been_told_to_stamp_is_not_told_again() -> None:
 
 
 @pytest.mark.conforms("CT-03", "CT-04", "CT-12")
-@pytest.mark.parametrize(
+@each(
     ("setup", "commands"),
     [
         (Setup(125_000, "031C"), [b"S4"]),
@@ -314,7 +315,7 @@ def test_a_late_answer_is_not_taken_for_another_one() -> None:
     ]
 
 
-@pytest.mark.parametrize("reply", [b"V1013\r", b"F0\r", b"FXY\r", b"no sense\r", b"z\r", b"\xff\xfe\r"])
+@each("reply", [b"V1013\r", b"F0\r", b"FXY\r", b"no sense\r", b"z\r", b"\xff\xfe\r"])
 def test_a_wrong_answer_one_event_and_it_goes_on(reply: bytes) -> None:
     wrong = [reply]
     desk = opened()
@@ -371,7 +372,7 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
 
 
 @pytest.mark.conforms("CT-22")
-@pytest.mark.parametrize(
+@each(
     ("version", "dialect"),
     [
         (b"V1013", CANBUS),

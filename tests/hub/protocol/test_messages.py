@@ -29,6 +29,7 @@ from canwire import (
 from canwire.hub.protocol import lin_messages
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.lin_messages import LinReply, LinRequest
+from tests.cases import each
 
 SERIALS = st.integers(0, 2**64 - 1)
 TIMINGS = [
@@ -202,7 +203,7 @@ def test_a_truncated_request_is_bad(request: Any, keep: int) -> None:
         m.decode_request(payload[: keep % len(payload)])
 
 
-@pytest.mark.parametrize(
+@each(
     "payload",
     [
         [1],
@@ -228,8 +229,8 @@ def test_wrong_shapes_are_bad_messages(payload: Any) -> None:
         m.decode_request(msgspec.msgpack.encode(payload))
 
 
-@pytest.mark.parametrize("before", [b"", b"\x92\x01", b"\x92\x01\x94\xa5Hello\x01\x02"])
-@pytest.mark.parametrize("nest", [b"\x91", b"\x81\xa1a", b"\x93\x01\x02"])
+@each("before", [b"", b"\x92\x01", b"\x92\x01\x94\xa5Hello\x01\x02"])
+@each("nest", [b"\x91", b"\x81\xa1a", b"\x93\x01\x02"])
 def test_deep_nests_are_bad_messages(before: bytes, nest: bytes) -> None:
     for decode in (m.decode_request, m.decode_reply):
         with pytest.raises(BadMessage):

@@ -8,6 +8,7 @@ import pytest
 
 from canwire.errors import BadValue
 from canwire.values.lin.configuration import LinNodeAttributes, LinProduct, LinSlaveConfiguration
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("N-47")
 
@@ -28,7 +29,7 @@ def answer(slave: LinSlaveConfiguration, request: str, at_ns: int = 0) -> str | 
     return found[: 2 + (found[1] & 0xF)].hex(" ").upper() if found[1] < 0x10 else found.hex(" ").upper()
 
 
-@pytest.mark.parametrize(
+@each(
     ("request_", "expected"),
     [
         ("01 06 B2 00 FF 7F FF FF", "01 06 F2 FF 00 01 23 45"),

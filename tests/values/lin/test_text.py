@@ -22,6 +22,7 @@ from canwire.values.lin.text import (
     parse_lin_log_line,
 )
 from canwire.values.text import parse_log_line
+from tests.cases import each
 
 FRAMES = [
     ("10#", LinFrame(0x10)),
@@ -74,7 +75,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("text", "frame"), FRAMES)
+@each(("text", "frame"), FRAMES)
 def test_frames_both_ways(text: str, frame: LinFrame) -> None:
     assert format_lin_frame(frame) == text
     assert parse_lin_frame(text) == frame
@@ -85,13 +86,13 @@ def test_frames_that_are_only_read(text: str, frame: LinFrame) -> None:
     assert parse_lin_frame(text) == frame
 
 
-@pytest.mark.parametrize(("text", "event"), EVENTS)
+@each(("text", "event"), EVENTS)
 def test_events_both_ways(text: str, event: LinEvent) -> None:
     assert format_lin_content(event) == text
     assert parse_lin_content(text) == event
 
 
-@pytest.mark.parametrize(("text", "message"), BAD)
+@each(("text", "message"), BAD)
 def test_bad_text_says_what_is_wrong(text: str, message: str) -> None:
     with pytest.raises(BadText, match=message):
         parse_lin_content(text)

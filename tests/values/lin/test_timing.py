@@ -20,10 +20,11 @@ from canwire.values.lin.timing import (
     shortest_slot_ns,
     usual_slot_ns,
 )
+from tests.cases import each
 from tests.tables import lin_vectors
 
 
-@pytest.mark.parametrize("row", lin_vectors.FRAME_TIMES, ids=lambda row: f"N={row[0]}")
+@each("row", lin_vectors.FRAME_TIMES, ids=lambda row: f"N={row[0]}")
 def test_frame_times(row: tuple[int, int, tuple[float, float]]) -> None:
     length, bits, *times = row
     for rate, (nominal, longest) in zip(lin_vectors.RATES, times, strict=True):
@@ -38,7 +39,7 @@ def test_frame_times_at_2400(length: int, nominal: float, longest: float) -> Non
     assert longest_frame_ns(2400, length) / 1e6 == pytest.approx(longest, abs=0.0005)
 
 
-@pytest.mark.parametrize("row", lin_vectors.HEADER_TIMES, ids=lambda row: str(row[0]))
+@each("row", lin_vectors.HEADER_TIMES, ids=lambda row: str(row[0]))
 def test_header_times(row: tuple[float, ...]) -> None:
     rate, bit_us, nominal_ms, longest_ms, break_ms, five_us = row
     bit_ps = bit_time_ps(int(rate))
@@ -108,7 +109,7 @@ def test_why_a_break_of_13_bits_is_enough() -> None:
 
 
 @pytest.mark.conforms("X3-37")
-@pytest.mark.parametrize("rate", [999, 20001, 0, -1, 19200.0, None])
+@each("rate", [999, 20001, 0, -1, 19200.0, None])
 def test_rates_that_lin_does_not_have(rate: int) -> None:
     with pytest.raises(BadValue, match="LIN runs at 1000 to 20000 bit/s"):
         checked_rate(rate)

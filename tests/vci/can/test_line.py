@@ -14,6 +14,7 @@ from canwire.vci.can import line as can_line
 from canwire.vci.can import presets as bit_timing_presets
 from canwire.vci.can import timing as can_timing
 from canwire.vci.can.socket import capabilities2_of, capabilities_of
+from tests.cases import each
 
 BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
 FD = vci.CAN_EXMODE_EXTDATA | vci.CAN_EXMODE_FASTDATA
@@ -64,7 +65,7 @@ def init2(**members: Any) -> vci.CanInitLine2:
 
 
 @pytest.mark.conforms("X3-10", "X3-11", "X4-21")
-@pytest.mark.parametrize("kbit", [5, 10, 20, 50, 100, 125, 250, 500, 800, 1000])
+@each("kbit", [5, 10, 20, 50, 100, 125, 250, 500, 800, 1000])
 def test_registers_are_those_of_the_sja1000_at_16_mhz(kbit: int) -> None:
     init = vci.CanInitLine(
         op_mode=vci.CAN_OPMODE_STANDARD,
@@ -236,7 +237,7 @@ def test_presets_make_their_rate(name: str, capabilities: canwire.Capabilities) 
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize("name", FAST)
+@each("name", FAST)
 def test_fast_presets_make_their_rate(name: str) -> None:
     preset = FAST[name]
     timing = can_timing.timing_of_btp(preset, USB_TO_CAN_FD, data=True)
@@ -257,7 +258,7 @@ def test_raw_values_are_the_registers() -> None:
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize(
+@each(
     ("values", "named"),
     [
         ((1, 63, 16, 16, 0), "prescaler 1"),
@@ -371,7 +372,7 @@ def test_a_line_that_others_set_up_is_described() -> None:
 
 
 @pytest.mark.conforms("X4-36")
-@pytest.mark.parametrize(
+@each(
     ("changes", "flags"),
     [
         ({}, vci.CAN_STATUS_ININIT),

@@ -16,6 +16,7 @@ from canwire.web.trace.store.filtering import BadFilter, Language, directed
 from canwire.web.trace.store.history import History
 from canwire.web.trace.store.rows import LOST, mark_row, rows_of
 from canwire.web.trace.store.selection import Selection
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("PG-02", "PG-12")
 
@@ -60,7 +61,7 @@ def rows() -> numpy.ndarray:
 
 
 @pytest.mark.finding("page B3")
-@pytest.mark.parametrize(
+@each(
     ("text", "passed"),
     [
         ("100", [0, 1]),
@@ -108,7 +109,7 @@ def test_a_name_of_hexadecimal_digits_is_meant_by_its_prefix(
     assert test(rows).tolist() == [passes]
 
 
-@pytest.mark.parametrize(
+@each(
     "text", ["zzz", "200-100", "data: D", "data: xx", "name:", "bus:can9", "Speed > fast", "100 & zzz", "!"]
 )
 def test_a_part_that_means_nothing_is_named(language: Language, text: str) -> None:

@@ -13,6 +13,7 @@ import canwire
 from canwire import ChannelMode, Frame, WantedMode
 from canwire.web.server import Site
 from canwire.web.trace.store.rows import rows_of
+from tests.cases import each
 from tests.hubs import LONG_S, served_here
 from tests.web.conftest import holds, served_site
 from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
@@ -151,7 +152,7 @@ def test_a_text_is_found_forwards_and_back(site: Site, hub: canwire.Hub) -> None
         assert list(places.values()) == [numbers[0], numbers[2], numbers[0], -1, numbers[2]]
 
 
-@pytest.mark.parametrize(
+@each(
     "told",
     [
         "",

@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 
 from canwire.vci.v3 import ArgumentOutOfRangeException, CanBitrate
+from tests.cases import each
 
 RATES = [
     (10, CanBitrate.CIA_10_KBIT, 0x31, 0x1C),
@@ -22,7 +23,7 @@ RATES = [
 
 
 @pytest.mark.conforms("X3-11")
-@pytest.mark.parametrize(("kbit", "rate", "btr0", "btr1"), RATES)
+@each(("kbit", "rate", "btr0", "btr1"), RATES)
 def test_predefined_rates(kbit: int, rate: CanBitrate, btr0: int, btr1: int) -> None:
     assert (rate.btr0, rate.btr1) == (btr0, btr1)
     assert 16_000_000 / rate.bittime == kbit * 1000

@@ -11,6 +11,7 @@ from canwire import vci
 from canwire.vci import LinMsg, LinMsgInfo, v3
 from canwire.vci.v3 import ArgumentException, ArgumentOutOfRangeException, LinBitrate, LinInitLine, LinMessage
 from canwire.vci.v3.lin.message import received
+from tests.cases import each
 
 ENUMS: dict[type[Enum], dict[str, int]] = {
     v3.LinOperatingModes: {"SLAVE": 0, "MASTER": 1, "ERRORS": 2},
@@ -49,7 +50,7 @@ RATES = [1000, 1200, 2400, 4800, 9600, 10400, 19200, 20000]
 # enumerations
 
 
-@pytest.mark.parametrize("kind", ENUMS, ids=lambda kind: kind.__name__)
+@each("kind", ENUMS, ids=lambda kind: kind.__name__)
 def test_members(kind: type[Enum]) -> None:
     assert {name: member.value for name, member in kind.__members__.items()} == ENUMS[kind]
 
@@ -62,7 +63,7 @@ def test_errors_that_v3_does_not_know_are_other() -> None:
 # bit rates
 
 
-@pytest.mark.parametrize("rate", RATES)
+@each("rate", RATES)
 def test_predefined_rates(rate: int) -> None:
     made: LinBitrate = getattr(LinBitrate, f"LIN_{rate}_BIT")
     assert made.as_uint16 == rate
