@@ -104,8 +104,13 @@ def _looped(test: Test, words: list[str], rows: list[Row]) -> Test:
     ]
 
     @functools.wraps(test)
-    def looped(*itself: object, **fixtures: object) -> None:
-        hold_for_each(both, lambda row: rule(*itself, **fixtures, **row.values))
+    def looped(*itself: object, **fixtures: Any) -> None:
+        def play(row: Row) -> None:
+            if "capsys" in fixtures:
+                fixtures["capsys"].readouterr()  # what the case before has printed
+            rule(*itself, **fixtures, **row.values)
+
+        hold_for_each(both, play)
 
     taken = inspect.signature(test)
     left = [taken.parameters[name] for name in taken.parameters if name not in words]

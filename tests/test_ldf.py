@@ -121,7 +121,7 @@ def test_what_does_not_fit(door: ldf.LinDescription, use: object, message: str) 
         use(door)  # type: ignore[operator]
 
 
-@pytest.mark.parametrize(
+@each(
     ("frame", "message"),
     [
         (LinFrame(1, b"\1"), "no frame with identifier 0x01"),

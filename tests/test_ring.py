@@ -192,7 +192,7 @@ class TestCapacity:
         with pytest.raises(BadValue, match="capacity"):
             Ring(capacity, exact=True)
 
-    @pytest.mark.parametrize("size", [24, HEADER_SIZE, ring_size(4), ring_size(8) - 1])
+    @each("size", [24, HEADER_SIZE, ring_size(4), ring_size(8) - 1])
     def test_no_room_in_the_buffer(self, size: int) -> None:
         """Compiled, a ring larger than its buffer would write into somebody else's memory."""
         with pytest.raises(BadValue, match="buffer"):
@@ -701,7 +701,7 @@ class TestArm:
         ends.producer.arm_free()
         assert ends.free_bell.heard() == 1
 
-    @pytest.mark.parametrize("start", [TOP, TOP - 1, TOP - 3, (1 << 63) - 1])
+    @each("start", [TOP, TOP - 1, TOP - 3, (1 << 63) - 1])
     def test_counters_that_wrap(self, start: int) -> None:
         memory = memory_for(8)
         words = map_memory(memory).cast("Q")
@@ -840,7 +840,7 @@ class TestSharedMemory:
         assert other.take_bytes() == record(1)
         assert one.fill() == 1
 
-    @pytest.mark.parametrize("size", [8, HEADER_SIZE, ring_size(4), ring_size(8) - 8])
+    @each("size", [8, HEADER_SIZE, ring_size(4), ring_size(8) - 8])
     def test_memory_that_is_too_small(self, size: int) -> None:
         memory = create_memory(size)
         with pytest.raises(BadValue, match="buffer"):
@@ -1385,7 +1385,7 @@ class TestHostilePeer:
         victim.write(head=head, tail=tail)
         victim.use(action)
 
-    @pytest.mark.parametrize(("head", "tail"), [(9, 0), (1 << 40, 0), (1 << 63, 0), (0, 1), (3, 1 << 40)])
+    @each(("head", "tail"), [(9, 0), (1 << 40, 0), (1 << 63, 0), (0, 1), (3, 1 << 40)])
     def test_a_broken_ring_is_full_for_the_producer_and_empty_for_the_consumer(
         self, head: int, tail: int
     ) -> None:

@@ -69,7 +69,7 @@ def test_limits_are_told_when_they_are_passed(before: ErrorState, now: ErrorStat
 
 @pytest.mark.conforms("AC-27")
 @pytest.mark.finding("acan A6")
-@pytest.mark.parametrize(
+@each(
     ("interrupts", "told"),
     [
         (0xAD, C.ERRLIM | C.ERRPAS | C.BUSOFF | C.BUSERR),

@@ -169,7 +169,7 @@ def test_what_no_field_holds_is_refused_by_both_names(field: str, manual: str, l
 
 
 @pytest.mark.conforms("AC-13")
-@pytest.mark.parametrize(("interrupts", "register"), [(0, 0b10101101), (0x01, 0x01), (0xFF, 0xFF)])
+@each(("interrupts", "register"), [(0, 0b10101101), (0x01, 0x01), (0xFF, 0xFF)])
 def test_interrupt_enable_and_output_control(interrupts: int, register: int) -> None:
     registers = programmed(HardConfig(interrupts=interrupts))
     assert registers["IER"] == register

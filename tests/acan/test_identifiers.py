@@ -55,9 +55,7 @@ def test_bits_that_mean_nothing_are_cleared(word: int) -> None:
     assert significant(word, extended=True) == word & 0x1FFF_FFFF
 
 
-@pytest.mark.parametrize(
-    ("identifier", "is_extended"), [(0x800, False), (-1, False), (1 << 29, True), ("1", True)]
-)
+@each(("identifier", "is_extended"), [(0x800, False), (-1, False), (1 << 29, True), ("1", True)])
 def test_impossible_identifiers_are_refused(identifier: int, is_extended: bool) -> None:
     with pytest.raises(BadValue, match="identifier"):
         acan_word(identifier, is_extended)
@@ -88,13 +86,13 @@ def test_a_message_goes_to_one_machine_or_to_all(field: MachineField, word: int,
 
 
 @pytest.mark.conforms("AC-18")
-@pytest.mark.parametrize(("position", "width"), [(-1, 3), (0, 0), (27, 3), (0, 30)])
+@each(("position", "width"), [(-1, 3), (0, 0), (27, 3), (0, 30)])
 def test_a_field_lies_within_the_identifier(position: int, width: int) -> None:
     with pytest.raises(BadValue, match="MID"):
         MachineField(position, width)
 
 
-@pytest.mark.parametrize("machine", [-1, 8, 1.0])
+@each("machine", [-1, 8, 1.0])
 def test_a_machine_fits_the_field(machine: int) -> None:
     with pytest.raises(BadValue, match="machine"):
         MachineField().word(machine)

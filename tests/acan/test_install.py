@@ -52,7 +52,7 @@ def test_other_command_lines_are_refused(text: str) -> None:
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize("text", ["/P:281 /I:5", "/P:E0 /I:5", "/P:400 /I:5", "/P:280 /I:6", "/P:280 /I:12"])
+@each("text", ["/P:281 /I:5", "/P:E0 /I:5", "/P:400 /I:5", "/P:280 /I:6", "/P:280 /I:12"])
 def test_what_no_jumper_can_set_is_refused(text: str) -> None:
     with pytest.raises(BadValue, match=r"port|irq"):
         Installation.parse(text)
@@ -67,9 +67,7 @@ def test_the_ini_section() -> None:
 
 
 @pytest.mark.conforms("AC-06")
-@pytest.mark.parametrize(
-    "text", ["", "Base=280", "[ACAN]\nBase=280\n", "[ACAN]\nBase=x\nIrq=5", "[ACAN]\nBase\nIrq=5"]
-)
+@each("text", ["", "Base=280", "[ACAN]\nBase=280\n", "[ACAN]\nBase=x\nIrq=5", "[ACAN]\nBase\nIrq=5"])
 def test_an_ini_file_without_it_is_refused(text: str) -> None:
     with pytest.raises(BadText, match="ACAN"):
         Installation.from_ini(text)

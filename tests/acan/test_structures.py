@@ -80,7 +80,7 @@ def structures(cls: type) -> st.SearchStrategy[Any]:
 
 
 @pytest.mark.conforms("AC-37", "AC-38")
-@pytest.mark.parametrize("cls", FIELDS)
+@each("cls", FIELDS)
 def test_fields_lie_in_their_order_without_gaps(cls: type) -> None:
     expected, at = {}, 0
     for name, size in FIELDS[cls].items():
@@ -198,7 +198,7 @@ def test_a_task_block_is_its_place() -> None:
 
 
 @pytest.mark.conforms("AC-20")
-@pytest.mark.parametrize(
+@each(
     ("dw_and", "dw_xor", "passes", "stops"),
     [
         (0x00000000, 0x00000000, [0, 0x1FFFFFFF, 0x048 << 18], []),

@@ -139,7 +139,7 @@ def test_lines_are_counted_for_each_kind_of_bus() -> None:
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("named", "there", "buses"),
     [
         ((), {"can0", "lin0"}, ("can0", "can0", "lin0")),
@@ -250,7 +250,7 @@ def test_a_line_without_a_bus_of_its_type_plugs_nothing(copper: Copper) -> None:
     assert copper.can["can0"].nodes == []
 
 
-@pytest.mark.parametrize("text", ["HW1", "HW123456", "HW000001", "HW-a:b[c]/~!?#", "HW" + "x" * 14])
+@each("text", ["HW1", "HW123456", "HW000001", "HW-a:b[c]/~!?#", "HW" + "x" * 14])
 def test_hardware_ids(text: str) -> None:
     assert checked_hardware_id(text) == text
 

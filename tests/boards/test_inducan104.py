@@ -109,7 +109,7 @@ def test_addresses_that_no_jumpers_set(base: int) -> None:
             refusing(base)
 
 
-@pytest.mark.parametrize("text", ["", "NP P NP P", "NP P NP P P P", "NP P NP P X", "np p np p p"])
+@each("text", ["", "NP P NP P", "NP P NP P P P", "NP P NP P X", "np p np p p"])
 def test_text_that_is_no_jumpers(text: str) -> None:
     with pytest.raises(BadValue, match="for each of E24 E23 E22 E21 E20"):
         Jumpers.parse(text)

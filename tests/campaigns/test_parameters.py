@@ -38,7 +38,7 @@ DRAWS: list[tuple[Draw, Callable[[Any], bool]]] = [
 ]
 
 
-@pytest.mark.parametrize(("draw", "within"), DRAWS, ids=lambda one: getattr(one, "kind", ""))
+@each(("draw", "within"), DRAWS, ids=lambda one: getattr(one, "kind", ""))
 def test_draws_stay_within_and_differ(draw: Draw, within: Callable[[Any], bool]) -> None:
     values = [draw.drawn(random.Random(seed)) for seed in range(200)]
     assert all(map(within, values))

@@ -60,19 +60,19 @@ class TestTable:
             confinement.apply(rule)
             assert (confinement.tec, confinement.rec) == (start[0] + tec, start[1] + rec), row
 
-    @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (8, 7), (128, 127), (255, 254)])
+    @each(("before", "after"), [(0, 0), (1, 0), (8, 7), (128, 127), (255, 254)])
     def test_rule_7_successful_transmission(self, before: int, after: int) -> None:
         confinement = at(before, 3)
         confinement.transmitted()
         assert (confinement.tec, confinement.rec) == (after, 3)
 
-    @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (127, 126)])
+    @each(("before", "after"), [(0, 0), (1, 0), (127, 126)])
     def test_rule_8_successful_reception(self, before: int, after: int) -> None:
         confinement = at(8, before)
         confinement.received()
         assert (confinement.tec, confinement.rec) == (8, after)
 
-    @pytest.mark.parametrize("before", [128, 129, 200, 255])
+    @each("before", [128, 129, 200, 255])
     def test_rule_8_from_above_127(self, before: int) -> None:
         confinement = at(0, before)
         confinement.received()

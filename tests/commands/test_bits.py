@@ -36,7 +36,7 @@ def facts(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize(("text", "stuff_bits", "crc", "stream"), STREAMS.values(), ids=STREAMS)
+@each(("text", "stuff_bits", "crc", "stream"), STREAMS.values(), ids=STREAMS)
 def test_vectors(
     capsys: pytest.CaptureFixture[str], text: str, stuff_bits: int, crc: int, stream: str
 ) -> None:
@@ -46,7 +46,7 @@ def test_vectors(
     assert (found["length"], found["stuff_bits"], found["crc"]) == (len(stream), stuff_bits, crc)
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "duration_ns"),
     [
         (["123#1122"], 124_000),  # C04: 62 bits

@@ -330,7 +330,7 @@ def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:
     assert (mode.data_timing is not None) == mode.long_data == (kind == "usb-to-can-fd")
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "rates", "error", "why"),
     [
         (
@@ -356,7 +356,7 @@ def test_rates_that_a_board_cannot_make(
         line_mode(catalogue.kind(kind).connectors[0].capabilities, rates)
 
 
-@pytest.mark.parametrize(
+@each(
     ("mode", "text"),
     [
         (MODE, "CAN FD with 11-bit and 29-bit identifiers"),

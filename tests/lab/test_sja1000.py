@@ -160,7 +160,7 @@ def test_bus_off_and_restart() -> None:
         assert ideal.receive() == Frame(1)
 
 
-@pytest.mark.parametrize("controller", ["", "SJA1000", "mcp2515"])
+@each("controller", ["", "SJA1000", "mcp2515"])
 def test_controllers_that_there_are_not(controller: str) -> None:
     with Lab() as lab, pytest.raises(BadValue, match="'fd' or 'sja1000'"):
         lab.can_bus().node("x", controller=controller)

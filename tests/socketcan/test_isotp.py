@@ -99,7 +99,7 @@ def test_the_frames_of_a_message() -> None:
     assert [frame.hex() for frame in scene.answers] == ["300205", "300205"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "data", "frame"),
     [
         (Options(), "0102", "020102"),
@@ -139,9 +139,7 @@ def test_the_sender_goes_silent() -> None:
     assert scene.failed == [errno.ETIMEDOUT]
 
 
-@pytest.mark.parametrize(
-    ("answer", "error"), [("320000", errno.EMSGSIZE), ("3F0000", errno.EBADMSG), ("30", errno.EBADMSG)]
-)
+@each(("answer", "error"), [("320000", errno.EMSGSIZE), ("3F0000", errno.EBADMSG), ("30", errno.EBADMSG)])
 def test_answers_that_end_it(answer: str, error: int) -> None:
     scene = Scene(Options())
     scene.lose = True

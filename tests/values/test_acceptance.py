@@ -285,7 +285,7 @@ def test_candrv_compares_identifiers(
 
 
 @pytest.mark.conforms("FS-39")
-@pytest.mark.parametrize(("align", "code"), [(0, 0x20000000), (2, 0x04000000), (3, 0x20000000)])
+@each(("align", "code"), [(0, 0x20000000), (2, 0x04000000), (3, 0x20000000)])
 def test_candrv_compares_two_data_bytes_of_standard_frames(align: int, code: int) -> None:
     acceptance = candrv(code | 0x1200, 0x000000FF, align, 0, mode_2b=False)
     assert acceptance.accepts(Frame(0x100, b"\x12\x77"))

@@ -110,7 +110,7 @@ class TestRefusals:
         with pytest.raises(ValueError, match="0x800"):
             Frame(0x800)
 
-    @pytest.mark.parametrize("size", [0, 1, 79, 81])
+    @each("size", [0, 1, 79, 81])
     def test_record_of_another_size(self, size: int) -> None:
         with pytest.raises(BadFrame, match=f"80 bytes, not {size}"):
             frame_of_record(bytes(size))
@@ -140,7 +140,7 @@ class TestMaking:
         frame = Frame(1, remote=True, dlc=dlc)
         assert (frame.remote, frame.dlc, frame.data) == (True, dlc, b"")
 
-    @pytest.mark.parametrize("data", [bytearray(b"\1\2"), memoryview(b"\1\2"), [1, 2], (1, 2)])
+    @each("data", [bytearray(b"\1\2"), memoryview(b"\1\2"), [1, 2], (1, 2)])
     def test_takes_other_forms_of_bytes(self, data: bytes) -> None:
         assert Frame(1, data).data == b"\1\2"
         assert type(Frame(1, data).data) is bytes

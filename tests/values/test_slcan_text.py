@@ -55,7 +55,7 @@ def test_lines_of_the_document(line: bytes, frame: Frame) -> None:
     assert format_slcan_frame(frame) == line + b"\r"
 
 
-@pytest.mark.parametrize(("line", "frame"), FD_LINES)
+@each(("line", "frame"), FD_LINES)
 def test_canables_letters(line: bytes, frame: Frame) -> None:
     assert parse_slcan_frame(line, fd=True) == frame
     assert parse_slcan_frame(line) is None

@@ -150,7 +150,7 @@ def test_log_lines_come_back(frame: Frame, micros: int, direction: str | None, i
     assert format_log_line(found) == text
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "(1436509052.249713) vcan0 044#2A366C2BBA",
@@ -164,7 +164,7 @@ def test_log_lines_keep_every_byte(text: str) -> None:
     assert format_log_line(parse_log_line(text)) == text
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "time_ns"),
     [
         ("(166.000001) can0 123#", 166_000_001_000),

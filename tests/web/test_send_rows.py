@@ -42,7 +42,7 @@ def until(client: httpx.Client, enough: Callable[[str], bool]) -> str:
     return listed
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "values"),
     [
         ("byte 0 0..3", [0, 1, 2, 3, 0]),
@@ -265,7 +265,7 @@ def test_the_control_of_a_lin_line_is_given_back(client: httpx.Client, hub: canw
         control.initialise(LinMode(True, 9600))
 
 
-@pytest.mark.parametrize(
+@each(
     ("path", "fields", "faults"),
     [
         ("lin-up", {"line": "HW1:7", "rate": "5", "role": "king"}, {"rate", "role"}),

@@ -72,7 +72,7 @@ def test_every_language_has_its_file_in_every_folder() -> None:
     assert missing == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("error", "english", "german"),
     [
         (InUse("HW1:0: held by x"), "HW1:0: held by x", "Das hat schon jemand anderes (HW1:0: held by x)"),

@@ -278,7 +278,7 @@ def test_neither_format_is_no_mode() -> None:
 
 
 @pytest.mark.conforms("X4-17")
-@pytest.mark.parametrize(
+@each(
     ("mode", "fd", "long_data", "fast_data"),
     [
         (CLASSIC, 0, False, False),
@@ -486,7 +486,7 @@ def test_the_counter_keeps_no_timeline_busy() -> None:
 
 
 @pytest.mark.conforms("X3-13")
-@pytest.mark.parametrize("after_us", [5, 30, 100, 140])
+@each("after_us", [5, 30, 100, 140])
 def test_stopping_waits_for_the_frame_on_the_wire(after_us: int) -> None:
     bench = Bench()
     bench.start()
@@ -544,7 +544,7 @@ def test_stopping_while_others_send() -> None:
     assert channel.pending() == 1
 
 
-@pytest.mark.parametrize("trouble", ["alone", "shorted", "noise"])
+@each("trouble", ["alone", "shorted", "noise"])
 def test_stopping_ends_on_a_bus_where_nothing_gets_through(trouble: str) -> None:
     bench = Bench()
     bench.start()
@@ -836,7 +836,7 @@ def test_a_search_that_makes_no_sense(
 
 
 @pytest.mark.conforms("X4-23")
-@pytest.mark.parametrize("rate", [1_000_000, 125_000, 10_000])
+@each("rate", [1_000_000, 125_000, 10_000])
 def test_auto_baud_initialises_at_the_rate_of_the_bus(rate: int) -> None:
     traffic = Traffic(rate, 100)
     bench = traffic.bench

@@ -178,7 +178,7 @@ def test_what_the_line_must_not_send_is_refused(id: int, info: int, limits: dict
     assert (channel.sent, channel.refused, channel.pending(), channel.transmit.fill()) == (1, 1, 0, 0)
 
 
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR, EDL | dlc(3)])
+@each("info", [EDL, FDR, EDL | FDR, EDL | dlc(3)])
 def test_a_classic_line_sends_no_fd_frames(info: int) -> None:
     bench = Bench(fd=False)
     channel = bench.channel()
@@ -240,7 +240,7 @@ def test_a_line_may_be_for_one_format_only(extended: bool) -> None:
     assert bench.heard() == [Frame(1, extended=not extended)]
 
 
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR])
+@each("info", [EDL, FDR, EDL | FDR])
 def test_a_channel_without_fd_sends_and_receives_none(info: int) -> None:
     bench = Bench()
     channel = bench.channel(siblings=int(Siblings.EVERY))
@@ -257,7 +257,7 @@ def test_a_channel_without_fd_sends_and_receives_none(info: int) -> None:
 
 
 @pytest.mark.conforms("X4-16")
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR])
+@each("info", [EDL, FDR, EDL | FDR])
 def test_remote_is_ignored_where_fd_is_asked_for(info: int) -> None:
     bench = Bench()
     channel = bench.channel()
@@ -531,7 +531,7 @@ def test_held_in_the_middle_only_the_frame_in_the_controller_goes_out() -> None:
 
 
 @pytest.mark.conforms("X3-25", "X4-28")
-@pytest.mark.parametrize("ticks", [1, 7, 100])
+@each("ticks", [1, 7, 100])
 def test_a_delay_counts_ticks_from_the_end_of_the_frame_before(ticks: int) -> None:
     bench = Bench()
     channel = bench.channel()

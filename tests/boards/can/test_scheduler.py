@@ -178,7 +178,7 @@ def test_the_load_rule_counts_every_object_of_the_list_exactly() -> None:
 
 
 @pytest.mark.conforms("X3-30")
-@pytest.mark.parametrize("cycle", [0, -1, 25, 2.0, "2"])
+@each("cycle", [0, -1, 25, 2.0, "2"])
 def test_a_cycle_has_1_to_max_ticks(cycle: int) -> None:
     bench = Bench()
     with pytest.raises(BadValue, match=r"cycle .*from 1 to 24 ticks"):
@@ -477,7 +477,7 @@ def test_the_largest_count() -> None:
 
 
 @pytest.mark.conforms("X4-41")
-@pytest.mark.parametrize("count", [-1, 65_536, 1.5])
+@each("count", [-1, 65_536, 1.5])
 def test_counts_that_cannot_be(count: int) -> None:
     bench = Bench()
     (index,) = bench.started(2)
@@ -592,7 +592,7 @@ def test_sixteen_objects() -> None:
     assert [bench.list.add(Frame(1), 16) for _ in range(2)] == [3, 5]
 
 
-@pytest.mark.parametrize("index", [-1, 1, 16])
+@each("index", [-1, 1, 16])
 def test_an_index_with_nothing_there(index: int) -> None:
     bench = Bench()
     bench.list.add(Frame(1), 2)
@@ -601,7 +601,7 @@ def test_an_index_with_nothing_there(index: int) -> None:
             call(index)
 
 
-@pytest.mark.parametrize(("tick_ns", "max_ticks"), [(0, 24), (-1, 24), (1000, 0), (1 << 60, 24)])
+@each(("tick_ns", "max_ticks"), [(0, 24), (-1, 24), (1000, 0), (1 << 60, 24)])
 def test_ticks_that_cannot_be(tick_ns: int, max_ticks: int) -> None:
     bench = Bench()
     with pytest.raises(BadValue, match="ticks of"):

@@ -245,7 +245,7 @@ def test_what_a_file_is_told(text: str, message: str) -> None:
     assert complaint(text) == message
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "why"),
     [
         ("[[bus]\n", "(at line 1, column 6)"),

@@ -105,8 +105,8 @@ def test_a_short_around_the_intermission_does_the_same_with_and_without_a_trace(
     assert outcomes[0] == outcomes[1]
 
 
-@pytest.mark.parametrize("bit", [62, 63])
-@pytest.mark.parametrize("bitwise", [False, True])
+@each("bit", [62, 63])
+@each("bitwise", [False, True])
 @pytest.mark.finding("wire 3")
 def test_a_short_in_the_intermission_makes_an_overload_frame(bit: int, bitwise: bool) -> None:
     times, errors = shorted_at(bit * BIT_NS, bitwise)

@@ -290,7 +290,7 @@ class TestFrameRates:
         assert frame_vectors.FRAME_RATES[kilobits] == tuple(kilobits * 1000 // count for count in bits)
 
 
-@pytest.mark.parametrize(
+@each(
     ("polynomial", "width", "check"),
     [(CRC15_POLY, 15, 0x059E), (CRC17_POLY, 17, 0x04F03), (CRC21_POLY, 21, 0x0ED841)],
 )

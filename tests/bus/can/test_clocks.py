@@ -121,7 +121,7 @@ def test_oscillators_within_the_tolerance_stay_in_step(
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("ppm", [-15_000, -20_000, -30_000])
+@each("ppm", [-15_000, -20_000, -30_000])
 def test_a_slow_receiver_beyond_condition_1_loses_step(ppm: int) -> None:
     """At 87.5 % it samples late already, and its jump repairs no more than 1.25 % in ten bits."""
     narrow = TIMINGS["SJA1000"]
@@ -130,7 +130,7 @@ def test_a_slow_receiver_beyond_condition_1_loses_step(ppm: int) -> None:
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("ppm", [-15_000, -20_000, -30_000])
+@each("ppm", [-15_000, -20_000, -30_000])
 def test_the_same_offset_passes_with_an_earlier_sample_and_a_wider_jump(ppm: int) -> None:
     best = TIMINGS["best there is"]
     assert 2 * best.tolerance > -ppm * 1e-6

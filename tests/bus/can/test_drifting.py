@@ -39,7 +39,7 @@ def test_most_bits_of_a_drifting_senders_frame_are_taken_at_once(
     assert at_once > length // 2
 
 
-@pytest.mark.parametrize("ppm", [-25_000, -12_000, 12_000, 25_000])
+@each("ppm", [-25_000, -12_000, 12_000, 25_000])
 def test_a_clock_too_far_off_reads_the_same_wrong_bits(ppm: float) -> None:
     """Beyond what SJW makes good a sample slips into the sender's next bit, or the last one: no stretch goes so far."""
     seen = []

@@ -85,8 +85,8 @@ def test_any_fd_frames(bitwise: bool, frames: list[Frame]) -> None:
         assert [exact(frame) for frame in received] == [exact(frame) for frame in frames]
 
 
-@pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
-@pytest.mark.parametrize("switch", [False, True])
+@each("bitwise", [False, True], ids=["whole frames", "bit by bit"])
+@each("switch", [False, True])
 def test_fd_frames_of_every_length(switch: bool, bitwise: bool) -> None:
     frames = [
         Frame(0x100 + length, bytes(range(length)), fd=True, bit_rate_switch=switch) for length in FD_LENGTHS

@@ -31,20 +31,20 @@ def test_both_ways_agree(first: int) -> None:
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=True), f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
+@each("first", range(0, 40, SEEDS_A_TEST))
 def test_switching_between_the_ways_at_any_moment_agrees_too(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=None), f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
+@each("first", range(0, 40, SEEDS_A_TEST))
 def test_faults_hit_the_same_bits_either_way(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, bitwise=bitwise, flips=True) for bitwise in (False, True))
         assert one == other, f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
+@each("first", range(0, 40, SEEDS_A_TEST))
 def test_noise_hits_the_same_bits_either_way(first: int) -> None:
     """With the same seed: a trace of the levels, which makes the bus go bit by bit, must change nothing."""
     for seed in seeds(first, SEEDS_A_TEST):

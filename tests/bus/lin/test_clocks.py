@@ -56,14 +56,14 @@ def test_a_break_that_is_too_short_for_a_slow_slave() -> None:
         assert slave.counters.headers == 0
 
 
-@pytest.mark.parametrize(("ppm", "fine"), [(-15_000, True), (15_000, True), (40_000, True), (-80_000, False)])
+@each(("ppm", "fine"), [(-15_000, True), (15_000, True), (40_000, True), (-80_000, False)])
 def test_a_slave_with_a_crystal_does_not_synchronise(ppm: float, fine: bool) -> None:
     told = exchange(19200, ppm, synchronises=False)
     assert (told == []) == fine
 
 
-@pytest.mark.parametrize("master_ppm", [-5_000, 5_000])
-@pytest.mark.parametrize("ppm", [-15_000, 15_000])
+@each("master_ppm", [-5_000, 5_000])
+@each("ppm", [-15_000, 15_000])
 def test_the_tolerances_of_the_specification_always_work(master_ppm: float, ppm: float) -> None:
     assert exchange(19200, ppm, synchronises=False, master_ppm=master_ppm) == []
     assert exchange(19200, 9 * ppm, master_ppm=master_ppm) == []

@@ -28,7 +28,7 @@ def levels_of(bus: LabLinBus, bits: int, bit_ps: int) -> str:
     return samples
 
 
-@pytest.mark.parametrize(("id", "data", "stream"), lin_vectors.BIT_STREAMS)
+@each(("id", "data", "stream"), lin_vectors.BIT_STREAMS)
 def test_bit_streams_of_the_reference(id: int, data: str | None, stream: str) -> None:
     frame = LinFrame(id, header_only=True) if data is None else LinFrame(id, bytes.fromhex(data))
     assert "".join(map(str, frame_levels(frame))) == stream

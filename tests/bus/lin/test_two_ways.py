@@ -83,6 +83,6 @@ def test_both_ways_tell_the_same(seed: int, wild: bool) -> None:
     assert quick[2] == pytest.approx(bit_by_bit[2], abs=100)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@each("seed", range(5))
 def test_the_same_script_gives_the_same_bytes(seed: int) -> None:
     assert run(seed, bitwise=False, wild=True) == run(seed, bitwise=False, wild=True)

@@ -136,7 +136,7 @@ def test_filters_bit_by_bit(
     assert full(chip) == expected
 
 
-@pytest.mark.parametrize("frame", [STANDARD, EXTENDED, Frame(0x7FF, remote=True, dlc=5),
+@each("frame", [STANDARD, EXTENDED, Frame(0x7FF, remote=True, dlc=5),
                                    Frame(0x1FFFFFFF, extended=True, remote=True, dlc=8), Frame(0, b"")])  # fmt: skip
 def test_a_frame_in_a_buffer(frame: Frame) -> None:
     chip = receiver()

@@ -50,7 +50,7 @@ def test_reset_values_and_writable_bits(address: int, name: str, value: int, wri
     assert chip.read(address) == (value if known or address in (m.CANCTRL, *m.TXBCTRL) else writable)
 
 
-@pytest.mark.parametrize("mode", range(5))
+@each("mode", range(5))
 def test_what_configuration_mode_alone_lets_be_written(mode: int) -> None:
     at_rest = {address for first, last in table.AT_REST for address in range(first, last + 1)}
     assert at_rest == m.AT_REST

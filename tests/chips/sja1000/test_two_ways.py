@@ -39,7 +39,7 @@ def test_both_ways_agree_with_faults(first: int) -> None:
         assert one == other, f"seed {seed}"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
 def test_both_forms_agree(seed: int) -> None:
     here = outcome(canwire, seed, bitwise=False, flips=True)
     with load_uncompiled(canwire) as twin:

@@ -459,7 +459,7 @@ def test_what_comes_faster_than_it_is_taken_is_told() -> None:
     assert shown[-1].endswith("messages were lost: they came faster than they were taken")
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "text"),
     [
         (0xD9, "bus error at the acknowledge slot, sending: nobody acknowledges"),

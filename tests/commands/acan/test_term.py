@@ -140,7 +140,7 @@ def test_local_0_is_the_machines_configured_number() -> None:
 
 
 @pytest.mark.conforms("AT-02")
-@pytest.mark.parametrize(
+@each(
     ("config", "why"),
     [
         (None, "has no number yet"),

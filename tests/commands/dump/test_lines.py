@@ -45,7 +45,7 @@ CAR = str(Path(__file__).parents[1] / "car.dbc")
 SECOND = 1_000_000_000
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "shown"),
     [
         ("a", ["(1000000001.500000)", "(1000000001.500250)", "(1000000003.000000)"]),
@@ -241,7 +241,7 @@ def test_candump_s_extras_are_the_formatters_own(content: list[Frame]) -> None:
     ] * 2  # fmt: skip
 
 
-@pytest.mark.parametrize(
+@each(
     ("level", "expected"),
     [
         (1, " (000.000000)\x1b[36m  can0\x1b[0m  123   [1]  11"),
@@ -278,7 +278,7 @@ def test_an_error_has_a_second_line_in_words() -> None:
     assert Printer(SCREEN, Capture()).lines("can0", [record_of(error)]) == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("event", "words"),
     [
         (BusEvent(EventKind.ERROR, error=ErrorKind.ACK, transmitting=True, code=0xD9, tec=8, bit=31),

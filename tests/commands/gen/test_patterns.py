@@ -27,7 +27,7 @@ def made(
 
 
 @pytest.mark.conforms("PC-05")
-@pytest.mark.parametrize(
+@each(
     ("id", "kind", "found"),
     [
         ("123", Kind(), [(0x123, False)] * 4),
@@ -114,7 +114,7 @@ def test_a_share_of_the_bus_is_that_of_the_bits_on_the_wire() -> None:
     assert every(0.25)(zeros) == 0.25
 
 
-@pytest.mark.parametrize("percent", [0, -1, 100.1, float("nan")])
+@each("percent", [0, -1, 100.1, float("nan")])
 def test_no_share(percent: float) -> None:
     with pytest.raises(BadValue, match="--load"):
         by_load(percent, LineMode(BitTiming.for_bit_rate(500_000)))

@@ -84,7 +84,7 @@ def test_no_slots(text: str, error: type[Exception], why: str) -> None:
         parse_lin_schedule([text])
 
 
-@pytest.mark.parametrize(("bit_rate", "usual_ms"), [(20_000, 10), (19_200, 10), (9_600, 20), (1_000, 175)])
+@each(("bit_rate", "usual_ms"), [(20_000, 10), (19_200, 10), (9_600, 20), (1_000, 175)])
 def test_slots_have_room_for_any_frame(bit_rate: int, usual_ms: int) -> None:
     table = with_delays(LinSchedule.of([0x10, LinSlot.frame(0x11, delay_ns=7)]), bit_rate)
     assert [slot.delay_ns for slot in table.slots] == [usual_ms * MS, 7]

@@ -71,7 +71,7 @@ def test_any_of_several() -> None:
     assert any_of([], "--stop-on", None) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "why"),
     [
         ("EngineSped>1", r"--stop-on EngineSped>1: .*engine.dbc has no such signal"),

@@ -222,7 +222,7 @@ def test_no_interrupt_costs_one_read() -> None:
 
 
 @pytest.mark.conforms("AC-13")
-@pytest.mark.parametrize(("ier", "shown"), [(None, 0xED), (ACAN_IER, ACAN_IER), (0xEF, 0xEF)])
+@each(("ier", "shown"), [(None, 0xED), (ACAN_IER, ACAN_IER), (0xEF, 0xEF)])
 def test_the_transmit_interrupt_is_on_while_a_frame_is_in_the_chip(ier: int | None, shown: int) -> None:
     """So that IER reads what it was set to whenever nothing is being sent."""
     bench = Bench(registers=() if ier is None else (("IER", ier),))

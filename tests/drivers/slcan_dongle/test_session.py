@@ -205,7 +205,7 @@ def test_what_an_adapter_refuses_is_not_tried_for_ever() -> None:
 
 
 @pytest.mark.conforms("CT-01", "CT-08", "CT-09")
-@pytest.mark.parametrize("reply", [b"z\r", b"Z\r", b"\r"])
+@each("reply", [b"z\r", b"Z\r", b"\r"])
 def test_one_frame_after_the_other_whatever_the_reply(reply: bytes) -> None:
     desk = opened(lambda line: None if line[:1] in (b"t", b"T", b"r", b"R") else usual(line))
     desk.to_send += [b"t10021133", b"T0000010021133", b"r1002", b"R000001000"]
@@ -545,7 +545,7 @@ A, W, P, OFF, _ = ErrorState
 
 
 @pytest.mark.conforms("CT-10", "CT-11", "PL-18")
-@pytest.mark.parametrize(
+@each(
     ("flags", "states"),
     [
         ([0x04, 0x20, 0x20, 0x04], [W, P, W, A]),

@@ -240,7 +240,7 @@ def test_deep_nests_are_bad_messages(before: bytes, nest: bytes) -> None:
 # bounds
 
 
-@pytest.mark.parametrize("length", [0, m.LARGEST_REQUEST + 1, 2**31, 2**32 - 1])
+@each("length", [0, m.LARGEST_REQUEST + 1, 2**31, 2**32 - 1])
 def test_lengths_out_of_bounds_are_refused_before_they_take_memory(length: int) -> None:
     inbox = m.Inbox(m.LARGEST_REQUEST)
     with pytest.raises(BadMessage, match=str(length)):
@@ -261,7 +261,7 @@ def test_too_large_a_reply_is_not_sent() -> None:
         m.encode_reply(1, m.Failed("HubError", "x" * m.LARGEST_REPLY))
 
 
-@pytest.mark.parametrize(
+@each(
     "request_",
     [m.Close("1"), m.Close(2**64), m.Unplug(object()), m.SetAcceptanceFilter(1, False, -(2**64), 0)],  # type: ignore[arg-type]
 )

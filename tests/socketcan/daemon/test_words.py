@@ -23,7 +23,7 @@ SENT = [  # doc/protocol.md's examples first
 ]
 
 
-@pytest.mark.parametrize(("text", "expected"), SENT)
+@each(("text", "expected"), SENT)
 def test_frames_to_send(text: str, expected: str) -> None:
     assert sent_frame(text.split()) == bytes.fromhex(expected)
 

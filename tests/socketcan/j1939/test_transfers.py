@@ -181,7 +181,7 @@ def test_an_answer_about_another_message_is_refused() -> None:
     assert sender.over == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("line", "reason"),
     [
         ("18EC3055 1007000101002301", Abort.FAULT),  # it would be a single frame

@@ -134,7 +134,7 @@ def test_an_answer_is_for_the_last_request() -> None:
     assert slave.response(2) is None  # the next response is another node's
 
 
-@pytest.mark.parametrize(
+@each(
     ("change", "why"),
     [({"nad": 0x7E}, "nad 126"), ({"nad": 0}, "nad 0"), ({"identifiers": {1: b"1"}}, "identifier 1"),
      ({"identifiers": {32: bytes(6)}}, "6 bytes")],

@@ -133,12 +133,12 @@ def test_go_to_sleep() -> None:
     assert not is_go_to_sleep(0x3C, b"\x01")
 
 
-@pytest.mark.parametrize(("value", "id"), [(0x10, 0x10), (0x50, 0x10), (0xBF, 0x3F), (0x3C, 0x3C)])
+@each(("value", "id"), [(0x10, 0x10), (0x50, 0x10), (0xBF, 0x3F), (0x3C, 0x3C)])
 def test_an_identifier_with_parity_or_without(value: int, id: int) -> None:
     assert checked_id(value) == id
 
 
-@pytest.mark.parametrize("value", [0x40, 0x90, 0xFF, 0x100, 0x150])
+@each("value", [0x40, 0x90, 0xFF, 0x100, 0x150])
 def test_an_identifier_with_wrong_parity(value: int) -> None:
     with pytest.raises(BadFrame, match="right parity bits"):
         checked_id(value)

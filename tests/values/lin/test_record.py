@@ -78,7 +78,7 @@ def test_a_message_may_leave_the_parity_out(pid: int) -> None:
     assert lin_frame_of_record(record) == LinFrame(0x10, b"\7", enhanced=False)
 
 
-@pytest.mark.parametrize(
+@each(
     ("info", "message"),
     [
         (0x90 | 1 << 16, "right parity bits"),

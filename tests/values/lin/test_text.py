@@ -81,7 +81,7 @@ def test_frames_both_ways(text: str, frame: LinFrame) -> None:
     assert parse_lin_frame(text) == frame
 
 
-@pytest.mark.parametrize(("text", "frame"), READ_ONLY)
+@each(("text", "frame"), READ_ONLY)
 def test_frames_that_are_only_read(text: str, frame: LinFrame) -> None:
     assert parse_lin_frame(text) == frame
 
@@ -103,7 +103,7 @@ def test_an_event_cannot_be_sent() -> None:
         parse_lin_frame("WAKEUP#")
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "(1436509052.249713) lin0 10#0102",
@@ -123,7 +123,7 @@ def test_a_log_line_s_time_and_direction_are_the_frame_s() -> None:
     assert (line.content.timestamp_ns, line.content.sent) == (1_500_000_000, True)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         ("lin0 10#01", "no log line"),

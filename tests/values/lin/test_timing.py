@@ -72,7 +72,7 @@ def test_slots() -> None:
     )
 
 
-@pytest.mark.parametrize(("edges", "rate"), lin_vectors.SYNC_EDGES, ids=lambda value: str(value))
+@each(("edges", "rate"), lin_vectors.SYNC_EDGES, ids=lambda value: str(value))
 def test_bit_rates_of_sync_fields(edges: tuple[float, ...], rate: int) -> None:
     bit_ps = bit_time_of_sync([round(edge * 1e6) for edge in edges])
     assert bit_ps is not None
@@ -86,7 +86,7 @@ def test_any_rate_is_found_by_its_sync_field(rate: int, start_ps: int) -> None:
     assert bit_rate_of(bit_ps) == rate
 
 
-@pytest.mark.parametrize(
+@each(
     "edges",
     [(0, 4, 6, 8, 10), (0, 2, 6, 8, 10), (0, 2, 4, 6), (0, 0, 0, 0, 0), (0, 2, 4, 6, 9)],
     ids=["0x54", "0x5D", "four", "none", "late"],

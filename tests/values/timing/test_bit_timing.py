@@ -201,7 +201,7 @@ def test_a_given_jump_is_kept_or_refused() -> None:
         BitTiming.for_bit_rate(2_000_000, sjw=9)
 
 
-@pytest.mark.parametrize(
+@each(
     ("bit_rate", "clock_hz", "limits", "near"),
     [
         (700_000, 8_000_000, SJA1000, "666667 and 727273"),

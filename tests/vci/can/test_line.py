@@ -81,7 +81,7 @@ def test_registers_are_those_of_the_sja1000_at_16_mhz(kbit: int) -> None:
 
 
 @pytest.mark.conforms("X3-10")
-@pytest.mark.parametrize(
+@each(
     ("flag", "member"),
     [
         (vci.CAN_OPMODE_STANDARD, "standard"),
@@ -130,7 +130,7 @@ def test_autobauds_registers_are_those_that_were_found() -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize(
+@each(
     ("op_mode", "feature"),
     [
         (BOTH, "STDANDEXT"),
@@ -168,7 +168,7 @@ def test_low_speed_needs_that_coupling() -> None:
 
 
 @pytest.mark.conforms("X4-15", "X4-17")
-@pytest.mark.parametrize(
+@each(
     ("ex_mode", "feature"),
     [
         (vci.CAN_EXMODE_EXTDATA, "EXTDATA"),
@@ -184,13 +184,13 @@ def test_a_missing_fd_feature_is_named(ex_mode: int, feature: str) -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize("ex_mode", [1, 2, 4, 7])
+@each("ex_mode", [1, 2, 4, 7])
 def test_a_classic_board_knows_no_extended_mode(ex_mode: int) -> None:
     with pytest.raises(vci.VciNotSupported):
         can_line.mode_of_init2(init2(ex_mode=ex_mode), USB_TO_CAN)
 
 
-@pytest.mark.parametrize("op_mode", [0, vci.CAN_OPMODE_LISTONLY, BOTH | 0x40, BOTH | 0x80])
+@each("op_mode", [0, vci.CAN_OPMODE_LISTONLY, BOTH | 0x40, BOTH | 0x80])
 def test_impossible_operating_modes(op_mode: int) -> None:
     with pytest.raises(vci.VciInvalidArgument):
         can_line.mode_of_init(vci.CanInitLine(op_mode, 0, 0, 0x1C), USB_TO_CAN)
@@ -207,7 +207,7 @@ def test_structures_that_c_could_not_hold() -> None:
 
 
 @pytest.mark.conforms("X4-17")
-@pytest.mark.parametrize(
+@each(
     ("ex_mode", "long_data", "fast", "iso"),
     [
         (vci.CAN_EXMODE_DISABLED, False, False, True),
@@ -391,7 +391,7 @@ def test_status_flags(changes: dict[str, Any], flags: int) -> None:
 
 
 @pytest.mark.conforms("X4-36")
-@pytest.mark.parametrize(("load", "shown"), [(0.0, 0), (49.6, 50), (100.0, 100), (100.4, 100)])
+@each(("load", "shown"), [(0.0, 0), (49.6, 50), (100.0, 100), (100.4, 100)])
 def test_bus_load_is_percent(load: float, shown: int) -> None:
     assert can_line.line_status(status(None, load=load)).bus_load == shown
     assert can_line.line_status2(status(None, load=load)).bus_load == shown

@@ -131,7 +131,7 @@ def test_bytes_round_trip(kind: type[Structure]) -> None:
             kind.from_bytes(wrong)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind is not LinMsg])
+@each("kind", [kind for kind in KINDS if kind is not LinMsg])
 def test_repr_is_an_expression(kind: type[Structure]) -> None:
     read = kind.from_bytes(flat(kind))
     assert eval(repr(read), {each.__name__: each for each in KINDS}) == read
@@ -197,7 +197,7 @@ def test_bits_of_message_info(name: str) -> None:
             setattr(info, name, wrong)
 
 
-@pytest.mark.parametrize("name", ["ecs", "sor", "ovr", "ido"])
+@each("name", ["ecs", "sor", "ovr", "ido"])
 def test_flags_are_the_bits_of_their_byte(name: str) -> None:
     info = LinMsgInfo()
     setattr(info, name, 1)
@@ -213,7 +213,7 @@ def test_message_info_by_keywords() -> None:
 
 
 # identifier and protected identifier: reference/lin-protocol.md section 3
-@pytest.mark.parametrize(("identifier", "pid"), [(0x00, 0x80), (0x10, 0x50), (0x22, 0xE2), (0x3C, 0x3C)])
+@each(("identifier", "pid"), [(0x00, 0x80), (0x10, 0x50), (0x22, 0xE2), (0x3C, 0x3C)])
 def test_parts_of_the_protected_identifier(identifier: int, pid: int) -> None:
     assert LinMsgInfo(pid=pid).pid & vci.LIN_PIDMASK_ID == identifier
     assert LinMsgInfo(pid=pid).pid & vci.LIN_PIDMASK_PARITY == pid - identifier

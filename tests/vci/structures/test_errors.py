@@ -98,7 +98,7 @@ def test_unknown_codes_are_taken_apart() -> None:
     assert format_error(0x60010001) == "0x60010001: unknown result code (information 1 of facility 1)"
 
 
-@pytest.mark.parametrize("code", [2**32, -(2**31) - 1, 1.5, "VCI_OK", None])
+@each("code", [2**32, -(2**31) - 1, 1.5, "VCI_OK", None])
 def test_no_32_bit_number(code: int) -> None:
     with pytest.raises(VciInvalidArgument, match="32-bit") as caught:
         format_error(code)

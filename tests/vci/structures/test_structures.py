@@ -371,7 +371,7 @@ def test_known_bytes_of_messages() -> None:
     assert CanCyclicTxMsg2(**cyclic).to_bytes() == head + tail + bytes(62)
 
 
-@pytest.mark.parametrize("kind", MESSAGES)
+@each("kind", MESSAGES)
 def test_length_follows_the_data(kind: type[Message]) -> None:
     build: Any = kind
     for length in range(kind.ROOM + 1):

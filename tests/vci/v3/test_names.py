@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from canwire.vci import v3
 from tests.cases import each
 
@@ -141,7 +139,7 @@ def test_every_member_has_its_counterpart(kind: str, name: str, python: str) -> 
     assert hasattr(getattr(v3, kind), python)
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "python"),
     [
         ("MaxDelayedTXTicks", "max_delayed_tx_ticks"),

@@ -43,7 +43,7 @@ def test_exceptions_of_v3_stay_as_they_are() -> None:
     assert raised.value is error
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "builtin"),
     [
         (v3.ArgumentException, ValueError),

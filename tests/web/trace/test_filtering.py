@@ -98,7 +98,7 @@ def test_what_passes(language: Language, rows: numpy.ndarray, text: str, passed:
 
 
 @pytest.mark.finding("page 15")
-@pytest.mark.parametrize(("text", "passes"), [("ADE", False), ("id:ADE", False), ("name:ADE", True)])
+@each(("text", "passes"), [("ADE", False), ("id:ADE", False), ("name:ADE", True)])
 def test_a_name_of_hexadecimal_digits_is_meant_by_its_prefix(
     language: Language, text: str, passes: bool
 ) -> None:
@@ -121,7 +121,7 @@ def test_an_empty_filter_is_none(language: Language) -> None:
     assert language.compile(" , ") is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "found"), [("de ad", [2]), ("engine", [0, 1]), ("234567", [3]), ("error", [6]), ("12", [2, 3])]
 )
 def test_searches(language: Language, rows: numpy.ndarray, text: str, found: list[int]) -> None:

@@ -15,7 +15,7 @@ from tests.effort import seeds
 pytestmark = [pytest.mark.core, pytest.mark.conforms("G-04", "G-06", "G-07", "G-08", "G-09", "G-10", "G-11")]
 
 
-@pytest.mark.parametrize("first", range(0, 12, 4))
+@each("first", range(0, 12, 4))
 def test_undisturbed_schedules_agree(first: int) -> None:
     for seed in seeds(first, 4):
         assert differences(schedule_of(seed, frames=8, faults=0)) == [], f"seed {seed}"
@@ -27,7 +27,7 @@ def test_schedules_with_disturbances_agree(first: int) -> None:
         assert differences(schedule_of(seed, frames=8, faults=8)) == [], f"seed {seed}"
 
 
-@pytest.mark.parametrize("first", range(200, 212, 4))
+@each("first", range(200, 212, 4))
 def test_bits_that_the_sender_or_all_receivers_read_wrong(first: int) -> None:
     for seed in seeds(first, 4):
         assert differences(schedule_of(seed, frames=8, faults=8, roles=True)) == [], f"seed {seed}"
@@ -45,7 +45,7 @@ def test_schedules_that_once_differed_agree(seed: int, frames: int, faults: int)
     assert differences(schedule_of(seed, frames=frames, faults=faults)) == []
 
 
-@pytest.mark.parametrize("first", range(300, 312, 4))
+@each("first", range(300, 312, 4))
 def test_schedules_with_glitches_agree(first: int) -> None:
     for seed in seeds(first, 4):
         schedule = schedule_of(seed, frames=8, faults=seed % 4, roles=True, glitches=16)

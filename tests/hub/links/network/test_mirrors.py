@@ -221,7 +221,7 @@ def test_messages_come_as_they_were(ring: int, a: int, b: int, c: int, d: int, a
     assert (number, first, bytes(records)) == (ring, a, b"xyz")
 
 
-@pytest.mark.parametrize(
+@each(
     ("address", "endpoint", "name"),
     [
         ("zenoh://lab/bench1", "tcp/bench1:7449", "bench1"),

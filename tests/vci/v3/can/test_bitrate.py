@@ -50,7 +50,7 @@ def test_as_int16_is_signed() -> None:
     assert CanBitrate(0x00, 0x9C).as_int16 == 0x9C00 - 0x10000
 
 
-@pytest.mark.parametrize(("btr0", "btr1"), [(-1, 0), (0, 256), (1.5, 0)])
+@each(("btr0", "btr1"), [(-1, 0), (0, 256), (1.5, 0)])
 def test_registers_hold_a_byte(btr0: int, btr1: int) -> None:
     with pytest.raises(ArgumentOutOfRangeException):
         CanBitrate(btr0, btr1)

@@ -71,7 +71,7 @@ def test_predefined_rates(rate: int) -> None:
     assert made == LinBitrate(rate)
 
 
-@pytest.mark.parametrize(
+@each(
     ("made", "value", "name"),
     [
         (LinBitrate.UNDEFINED, 65535, "Undefined"),
@@ -91,7 +91,7 @@ def test_names_do_not_count() -> None:
     assert LinBitrate(0).name == "Automatic"
 
 
-@pytest.mark.parametrize("rate", [-1, 65536, 9600.0])
+@each("rate", [-1, 65536, 9600.0])
 def test_a_rate_has_16_bits(rate: int) -> None:
     with pytest.raises(ArgumentOutOfRangeException):
         LinBitrate(rate)
@@ -158,9 +158,7 @@ def test_a_new_message_is_all_zeros() -> None:
     assert (message.prot_id, message.time_stamp, message.data_length) == (0, 0, 0)
 
 
-@pytest.mark.parametrize(
-    ("name", "bit"), [("extended_crc", 1 << 24), ("sender_of_response", 1 << 25), ("id_only", 1 << 27)]
-)
+@each(("name", "bit"), [("extended_crc", 1 << 24), ("sender_of_response", 1 << 25), ("id_only", 1 << 27)])
 def test_flags(name: str, bit: int) -> None:
     message = LinMessage()
     assert getattr(message, name) is False
@@ -188,7 +186,7 @@ def test_only_receivers_are_told_of_an_overrun() -> None:
         message.possible_overrun = False  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [("data_length", 9), ("data_length", -1), ("prot_id", 256), ("time_stamp", 1 << 32), ("message_type", 7)],
 )
