@@ -3,9 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
-
 from docs import conformance
+from tests.cases import each
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "conformance.md"
@@ -68,7 +67,7 @@ EXAMINATIONS = {
 SMALL_ONES = {"vci": "F12", "acan": "A15", "python-can": "10"}  # points with a list of their own
 
 
-@pytest.mark.parametrize("name", EXAMINATIONS)
+@each("name", EXAMINATIONS)
 def test_no_finding_is_left_out(name: str) -> None:
     file, numbered = EXAMINATIONS[name]
     text = (ROOT / "docs" / "reference" / "findings" / file).read_text(encoding="utf-8")

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import ErrorState, Frame, Lab, LabBus, LabNode, QueueFull
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -39,7 +40,7 @@ class Books:
         assert node.waiting >= 0
 
 
-@pytest.mark.parametrize("seed", range(SEEDS))
+@each("seed", range(SEEDS))
 def test_the_books_balance_whatever_goes_wrong(seed: int) -> None:
     chance = random.Random(seed)
     with Lab(seed=seed) as lab:

@@ -17,6 +17,7 @@ import canwire
 from canwire import CanwireError, Frame
 from canwire.hub.protocol.failure import raised
 from canwire.hub.protocol.messages import Failed
+from tests.cases import each
 
 MADE_UP: dict[str, Any] = {
     "str": "made up",
@@ -117,7 +118,7 @@ def test_every_exception_travels_with_its_fields_and_its_text() -> None:
     assert not failed, "\n".join(failed)
 
 
-@pytest.mark.parametrize("name", ["QueueFull", "BadSignals", "ExtraMissing", "NoSuchBoard"])
+@each("name", ["QueueFull", "BadSignals", "ExtraMissing", "NoSuchBoard"])
 def test_an_error_of_the_hub_travels_on(name: str) -> None:
     """It came as a text, and has no fields."""
     error = raised(Failed(name, "can0: what the hub said"))

@@ -18,6 +18,7 @@ from canwire import (
     LinSlot,
     SlotKind,
 )
+from tests.cases import each
 
 pytest.importorskip("ldfparser")
 
@@ -98,7 +99,7 @@ def test_arrays(door: ldf.LinDescription) -> None:
     assert decoded["MirrorName"] == [77, 105, 114]
 
 
-@pytest.mark.parametrize(
+@each(
     ("use", "message"),
     [
         (lambda door: door.encode("Nothing", {}), "no frame 'Nothing'; there are Command"),
@@ -120,7 +121,7 @@ def test_what_does_not_fit(door: ldf.LinDescription, use: object, message: str) 
         use(door)  # type: ignore[operator]
 
 
-@pytest.mark.parametrize(
+@each(
     ("frame", "message"),
     [
         (LinFrame(1, b"\1"), "no frame with identifier 0x01"),

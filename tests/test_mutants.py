@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cases import each
 from tests.mutants.__main__ import table
 from tests.mutants.drawing import PACKAGE, Mutant, draw, found_again, shares, sites_of
 from tests.mutants.judging import Judge
@@ -77,7 +78,7 @@ def test_what_is_changed() -> None:
     }
 
 
-@pytest.mark.parametrize(
+@each(
     ("source", "way"),
     [
         ("bell.ring(1)", ("bell.ring(1)", "pass")),

@@ -23,6 +23,7 @@ from canwire.platform import PORTABLE, EventDescriptor, close_descriptors, creat
 from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
+from tests.cases import each
 from tests.effort import examples, scaled
 
 pytestmark = pytest.mark.core
@@ -167,7 +168,7 @@ class TestCapacity:
         for end in (ends.producer, ends.consumer):
             assert (end.fill(), end.free(), end.written, end.taken, end.lost) == (2, 2, 3, 1, 0)
 
-    @pytest.mark.parametrize("capacity", [0, -1, (1 << 24) + 1, 2.5, "8", None])
+    @each("capacity", [0, -1, (1 << 24) + 1, 2.5, "8", None])
     def test_no_capacity(self, capacity: int) -> None:
         with pytest.raises(BadValue, match="capacity"):
             Ring(capacity)
@@ -186,12 +187,12 @@ class TestCapacity:
             assert ends.take_all() == list(numbers)
         assert ends.consumer.lost == 3
 
-    @pytest.mark.parametrize("capacity", [0, -1, (1 << 24) + 1, 2.5, "8", None])
+    @each("capacity", [0, -1, (1 << 24) + 1, 2.5, "8", None])
     def test_no_exact_capacity(self, capacity: int) -> None:
         with pytest.raises(BadValue, match="capacity"):
             Ring(capacity, exact=True)
 
-    @pytest.mark.parametrize("size", [24, HEADER_SIZE, ring_size(4), ring_size(8) - 1])
+    @each("size", [24, HEADER_SIZE, ring_size(4), ring_size(8) - 1])
     def test_no_room_in_the_buffer(self, size: int) -> None:
         """Compiled, a ring larger than its buffer would write into somebody else's memory."""
         with pytest.raises(BadValue, match="buffer"):
@@ -563,7 +564,7 @@ class TestArm:
         assert ends.bell.heard() == 1
 
     @pytest.mark.conforms("X4-13")
-    @pytest.mark.parametrize(
+    @each(
         ("threshold", "filled", "writes"), [(3, 0, 3), (3, 1, 2), (3, 2, 1), (3, 3, 1), (3, 7, 1), (1, 0, 1)]
     )
     def test_the_write_that_reaches_the_threshold_or_any_above_it(
@@ -623,7 +624,7 @@ class TestArm:
         ends.consumer.arm()
         assert ends.bell.heard() == 0
 
-    @pytest.mark.parametrize("look", ["fill", "front", "take_frame", "take_frames", "acquire", "take_array"])
+    @each("look", ["fill", "front", "take_frame", "take_frames", "acquire", "take_array"])
     def test_every_way_of_looking(self, look: str) -> None:
         ends = Belled(8)
         ends.fill_up(1, 2, 3)
@@ -675,7 +676,7 @@ class TestArm:
         assert ends.bell.heard() == 0
 
     @pytest.mark.conforms("X3-22")
-    @pytest.mark.parametrize(
+    @each(
         ("threshold", "filled", "takes"), [(1, 8, 1), (1, 3, 1), (3, 8, 3), (3, 6, 1), (3, 5, 1), (8, 2, 2)]
     )
     def test_the_writer_s_side(self, threshold: int, filled: int, takes: int) -> None:
@@ -700,7 +701,7 @@ class TestArm:
         ends.producer.arm_free()
         assert ends.free_bell.heard() == 1
 
-    @pytest.mark.parametrize("start", [TOP, TOP - 1, TOP - 3, (1 << 63) - 1])
+    @each("start", [TOP, TOP - 1, TOP - 3, (1 << 63) - 1])
     def test_counters_that_wrap(self, start: int) -> None:
         memory = memory_for(8)
         words = map_memory(memory).cast("Q")
@@ -839,7 +840,7 @@ class TestSharedMemory:
         assert other.take_bytes() == record(1)
         assert one.fill() == 1
 
-    @pytest.mark.parametrize("size", [8, HEADER_SIZE, ring_size(4), ring_size(8) - 8])
+    @each("size", [8, HEADER_SIZE, ring_size(4), ring_size(8) - 8])
     def test_memory_that_is_too_small(self, size: int) -> None:
         memory = create_memory(size)
         with pytest.raises(BadValue, match="buffer"):
@@ -1374,8 +1375,8 @@ class TestHostilePeer:
             victim.write(**words)
             victim.use(action)
 
-    @pytest.mark.parametrize("action", ACTIONS)
-    @pytest.mark.parametrize(
+    @each("action", ACTIONS)
+    @each(
         ("head", "tail"),
         [(TOP, TOP), (TOP, 0), (0, TOP), (1 << 63, 0), (0, 1 << 63), (9, 0), (0, 1), (TOP, TOP - 8)],
     )
@@ -1384,7 +1385,7 @@ class TestHostilePeer:
         victim.write(head=head, tail=tail)
         victim.use(action)
 
-    @pytest.mark.parametrize(("head", "tail"), [(9, 0), (1 << 40, 0), (1 << 63, 0), (0, 1), (3, 1 << 40)])
+    @each(("head", "tail"), [(9, 0), (1 << 40, 0), (1 << 63, 0), (0, 1), (3, 1 << 40)])
     def test_a_broken_ring_is_full_for_the_producer_and_empty_for_the_consumer(
         self, head: int, tail: int
     ) -> None:
@@ -1403,8 +1404,8 @@ class TestHostilePeer:
         assert ring.clear() == 0
         assert ring.lost == 1
 
-    @pytest.mark.parametrize("start", [TOP, TOP - 2, (1 << 63) - 2, (1 << 32) - 2])
-    @pytest.mark.parametrize("way", ["one by one", "arrays"])
+    @each("start", [TOP, TOP - 2, (1 << 63) - 2, (1 << 32) - 2])
+    @each("way", ["one by one", "arrays"])
     def test_counters_may_wrap(self, start: int, way: str) -> None:
         victim = Hostile(8)
         victim.write(head=start, tail=start)

@@ -17,6 +17,7 @@ import pytest
 
 import canwire
 from canwire import BitLayout, Frame, HubChannel, Lab, NodeScript
+from tests.cases import each
 from tests.uncompiled import load_uncompiled
 
 pytestmark = pytest.mark.finding("newcomer F11")
@@ -305,7 +306,7 @@ def _parameters(function: Any) -> list[str]:
 
 
 @pytest.mark.conforms("N-20")
-@pytest.mark.parametrize(
+@each(
     "expression",
     [
         "Frame(0x123, b'ab', extended=True)",

@@ -7,6 +7,8 @@ import importlib
 
 import pytest
 
+from tests.cases import each
+
 MODULES = (
     "canwire",
     "canwire.acan",
@@ -27,7 +29,7 @@ def starred(module: str) -> dict[str, object]:
     return found
 
 
-@pytest.mark.parametrize("module", MODULES)
+@each("module", MODULES)
 @pytest.mark.finding("dialects 5")
 def test_nothing_of_python_is_replaced(module: str) -> None:
     assert not starred(module).keys() & vars(builtins).keys()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire import acan
+from tests.cases import each
 
 VALUES = {
     "FF_EXTENDED": 0x80,
@@ -44,14 +45,14 @@ VALUES = {
 
 
 @pytest.mark.conforms("AC-27", "AC-37")
-@pytest.mark.parametrize(("name", "value"), VALUES.items())
+@each(("name", "value"), VALUES.items())
 def test_values(name: str, value: int) -> None:
     assert getattr(acan, name) == value
     assert name in acan.__all__
 
 
 @pytest.mark.conforms("AC-37")
-@pytest.mark.parametrize(
+@each(
     ("cls", "prefix"),
     [
         (acan.Format, "FF_"),

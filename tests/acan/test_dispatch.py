@@ -10,6 +10,7 @@ from canwire.acan.dispatch import Dispatch
 from canwire.acan.filters import Filter
 from canwire.acan.line import Arrival
 from canwire.acan.task_block import TaskBlock
+from tests.cases import each
 
 ACTIVE, WARNING, PASSIVE, BUS_OFF, STOPPED = ErrorState
 C = Condition
@@ -45,7 +46,7 @@ def bench() -> Bench:
 
 
 @pytest.mark.conforms("AC-27")
-@pytest.mark.parametrize(
+@each(
     ("before", "now", "raised"),
     [
         (ACTIVE, ACTIVE, C(0)),
@@ -68,7 +69,7 @@ def test_limits_are_told_when_they_are_passed(before: ErrorState, now: ErrorStat
 
 @pytest.mark.conforms("AC-27")
 @pytest.mark.finding("acan A6")
-@pytest.mark.parametrize(
+@each(
     ("interrupts", "told"),
     [
         (0xAD, C.ERRLIM | C.ERRPAS | C.BUSOFF | C.BUSERR),

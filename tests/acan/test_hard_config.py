@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue
 from canwire.acan import ACANHI, HardConfig, MachineField, acan_word
+from tests.cases import each
 from tests.effort import examples
 
 double_words, octets = st.integers(0, 0xFFFF_FFFF), st.integers(0, 0xFF)
@@ -58,7 +59,7 @@ TIMINGS = [
 
 
 @pytest.mark.conforms("AC-11", "AC-12")
-@pytest.mark.parametrize(("given_", "btr0", "btr1"), TIMINGS)
+@each(("given_", "btr0", "btr1"), TIMINGS)
 def test_bit_timing_registers(given_: dict[str, int], btr0: int, btr1: int) -> None:
     config = HardConfig(**given_)
     assert (programmed(config)["BTR0"], programmed(config)["BTR1"]) == (btr0, btr1)
@@ -102,7 +103,7 @@ def test_the_line_gets_the_same_timing(config: HardConfig, oscillator_hz: int) -
 
 
 @pytest.mark.conforms("AC-11")
-@pytest.mark.parametrize(("sjw", "register"), [(0, 0), (1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (255, 3)])
+@each(("sjw", "register"), [(0, 0), (1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (255, 3)])
 def test_sjw_is_forced_into_bounds(sjw: int, register: int) -> None:
     assert programmed(HardConfig(sjw=sjw))["BTR0"] >> 6 == register
 
@@ -122,7 +123,7 @@ REFUSED = [
 
 
 @pytest.mark.conforms("AC-11")
-@pytest.mark.parametrize(("given_", "named"), REFUSED)
+@each(("given_", "named"), REFUSED)
 def test_timings_no_register_can_hold(given_: dict[str, int], named: str | None) -> None:
     """Source: manual, "Following checks are performed"."""
     if named is None:
@@ -146,7 +147,7 @@ def test_exactly_the_manuals_checks(rate: int, clock: int, ts1: int, ts2: int) -
         assert fits
 
 
-@pytest.mark.parametrize(
+@each(
     ("field", "manual", "largest"),
     [
         ("machine_id", "hi_miv", 0xFFFF_FFFF),
@@ -168,7 +169,7 @@ def test_what_no_field_holds_is_refused_by_both_names(field: str, manual: str, l
 
 
 @pytest.mark.conforms("AC-13")
-@pytest.mark.parametrize(("interrupts", "register"), [(0, 0b10101101), (0x01, 0x01), (0xFF, 0xFF)])
+@each(("interrupts", "register"), [(0, 0b10101101), (0x01, 0x01), (0xFF, 0xFF)])
 def test_interrupt_enable_and_output_control(interrupts: int, register: int) -> None:
     registers = programmed(HardConfig(interrupts=interrupts))
     assert registers["IER"] == register
@@ -254,7 +255,7 @@ VECTORS = [
 
 
 @pytest.mark.conforms("AC-19")
-@pytest.mark.parametrize(("code", "mask", "identifier", "data", "passes"), [row[1:] for row in VECTORS])
+@each(("code", "mask", "identifier", "data", "passes"), [row[1:] for row in VECTORS])
 def test_the_controllers_filter(code: str, mask: str, identifier: str, data: str, passes: bool) -> None:
     registers = programmed(HardConfig())
     registers |= {f"ACR{number}": byte for number, byte in enumerate(bytes.fromhex(code))}

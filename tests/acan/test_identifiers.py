@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from canwire import BadValue
 from canwire.acan import BROADCAST, MachineField, acan_word, identifiers, plain_identifier
 from canwire.acan.identifiers import significant
+from tests.cases import each
 
 standard, extended = st.integers(0, 0x7FF), st.integers(0, 0x1FFF_FFFF)
 fields = st.integers(1, 29).flatmap(
@@ -31,7 +32,7 @@ DRAWING = [
 
 
 @pytest.mark.conforms("AC-17")
-@pytest.mark.parametrize(("bit", "of_extended", "of_standard"), DRAWING)
+@each(("bit", "of_extended", "of_standard"), DRAWING)
 def test_bits_lie_as_drawn(bit: int, of_extended: int, of_standard: int | None) -> None:
     assert acan_word(1 << of_extended, extended=True) == 1 << bit
     if of_standard is not None:
@@ -54,9 +55,7 @@ def test_bits_that_mean_nothing_are_cleared(word: int) -> None:
     assert significant(word, extended=True) == word & 0x1FFF_FFFF
 
 
-@pytest.mark.parametrize(
-    ("identifier", "is_extended"), [(0x800, False), (-1, False), (1 << 29, True), ("1", True)]
-)
+@each(("identifier", "is_extended"), [(0x800, False), (-1, False), (1 << 29, True), ("1", True)])
 def test_impossible_identifiers_are_refused(identifier: int, is_extended: bool) -> None:
     with pytest.raises(BadValue, match="identifier"):
         acan_word(identifier, is_extended)
@@ -87,13 +86,13 @@ def test_a_message_goes_to_one_machine_or_to_all(field: MachineField, word: int,
 
 
 @pytest.mark.conforms("AC-18")
-@pytest.mark.parametrize(("position", "width"), [(-1, 3), (0, 0), (27, 3), (0, 30)])
+@each(("position", "width"), [(-1, 3), (0, 0), (27, 3), (0, 30)])
 def test_a_field_lies_within_the_identifier(position: int, width: int) -> None:
     with pytest.raises(BadValue, match="MID"):
         MachineField(position, width)
 
 
-@pytest.mark.parametrize("machine", [-1, 8, 1.0])
+@each("machine", [-1, 8, 1.0])
 def test_a_machine_fits_the_field(machine: int) -> None:
     with pytest.raises(BadValue, match="machine"):
         MachineField().word(machine)

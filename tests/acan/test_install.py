@@ -18,6 +18,7 @@ from canwire import BadText, BadValue, InUse
 from canwire.acan.driver import open_driver
 from canwire.acan.hard_config import HardConfig
 from canwire.acan.install import DriverAbsent, Installation, find_line, install, setup, uninstall
+from tests.cases import each
 from tests.hubs import Connect
 
 SJA1000, OTHER = 5, 0x0A
@@ -25,7 +26,7 @@ LONG = 60  # seconds after which something that should happen never will
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize(
+@each(
     ("text", "expected"),
     [
         ("/P:280 /I:5", Installation(0x280, 5)),
@@ -42,7 +43,7 @@ def test_the_command_line_of_acan_exe(text: str, expected: Installation | None) 
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize(
+@each(
     "text", ["", "/P:280", "/I:5", "/P:280 /I:5 /U", "/P:xyz /I:5", "/P:280 /P:2A0", "/P:280 /I:5 x", "/I:5x"]
 )
 def test_other_command_lines_are_refused(text: str) -> None:
@@ -51,7 +52,7 @@ def test_other_command_lines_are_refused(text: str) -> None:
 
 
 @pytest.mark.conforms("AC-05")
-@pytest.mark.parametrize("text", ["/P:281 /I:5", "/P:E0 /I:5", "/P:400 /I:5", "/P:280 /I:6", "/P:280 /I:12"])
+@each("text", ["/P:281 /I:5", "/P:E0 /I:5", "/P:400 /I:5", "/P:280 /I:6", "/P:280 /I:12"])
 def test_what_no_jumper_can_set_is_refused(text: str) -> None:
     with pytest.raises(BadValue, match=r"port|irq"):
         Installation.parse(text)
@@ -66,9 +67,7 @@ def test_the_ini_section() -> None:
 
 
 @pytest.mark.conforms("AC-06")
-@pytest.mark.parametrize(
-    "text", ["", "Base=280", "[ACAN]\nBase=280\n", "[ACAN]\nBase=x\nIrq=5", "[ACAN]\nBase\nIrq=5"]
-)
+@each("text", ["", "Base=280", "[ACAN]\nBase=280\n", "[ACAN]\nBase=x\nIrq=5", "[ACAN]\nBase\nIrq=5"])
 def test_an_ini_file_without_it_is_refused(text: str) -> None:
     with pytest.raises(BadText, match="ACAN"):
         Installation.from_ini(text)

@@ -25,6 +25,7 @@ from canwire.acan.identifiers import acan_word
 from canwire.acan.messages import frame_of, message_of
 from canwire.acan.mirrored_block import MirroredBlock
 from canwire.acan.structures import ACANID, ACANMB, ACANMBSZ, ACANTB
+from tests.cases import each
 
 ALL = ACANID(0, 0, IDA_NOTIFY | IDA_QUEUEMSG)
 
@@ -44,7 +45,7 @@ def offer(block: MirroredBlock, *frames: Frame) -> None:
 
 
 @pytest.mark.conforms("AC-17")
-@pytest.mark.parametrize(
+@each(
     ("frame", "message"),
     [
         (Frame(0x7FF, b"ab"), ACANMB(0x1FFC_0000, 0, 2, b"ab")),
@@ -95,7 +96,7 @@ def ids(memory: Any, count: int) -> list[int]:
 
 
 @pytest.mark.conforms("AC-35")
-@pytest.mark.parametrize(
+@each(
     ("field", "fields"),
     [
         ("bNId", {"bNId": 2, "idTable": [ALL]}),
@@ -122,7 +123,7 @@ def test_fields_that_cannot_be_are_named(field: str, fields: dict[str, Any]) -> 
 
 
 @pytest.mark.conforms("AC-30")
-@pytest.mark.parametrize("buffer", [None, bytearray(ACANMBSZ), bytes(9 * ACANMBSZ), 5])
+@each("buffer", [None, bytearray(ACANMBSZ), bytes(9 * ACANMBSZ), 5])
 def test_a_buffer_that_cannot_take_them_is_refused_and_nothing_is_lost(buffer: Any) -> None:
     block = registered(ACANTB(lpRMB=[], wRMBSize=3, idTable=[ALL]))
     offer(block, Frame(1), Frame(2))

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, acan
+from tests.cases import each
 
 # C's declarations, in bytes; pointers are far
 BYTE, WORD, DWORD, POINTER = 1, 2, 4, 4
@@ -79,7 +80,7 @@ def structures(cls: type) -> st.SearchStrategy[Any]:
 
 
 @pytest.mark.conforms("AC-37", "AC-38")
-@pytest.mark.parametrize("cls", FIELDS)
+@each("cls", FIELDS)
 def test_fields_lie_in_their_order_without_gaps(cls: type) -> None:
     expected, at = {}, 0
     for name, size in FIELDS[cls].items():
@@ -140,8 +141,8 @@ def test_round_trip_of_a_task_block_with_its_filters(block: acan.ACANTB, filters
     assert [one.pack() for one in again.idTable] == [one.pack() for one in filters]
 
 
-@pytest.mark.parametrize("cls", FIELDS)
-@pytest.mark.parametrize("more", [-1, 1])
+@each("cls", FIELDS)
+@each("more", [-1, 1])
 def test_other_sizes_are_refused(cls: type, more: int) -> None:
     with pytest.raises(BadValue, match=cls.__name__):
         cls.unpack(bytes(cls.SIZE + more))
@@ -197,7 +198,7 @@ def test_a_task_block_is_its_place() -> None:
 
 
 @pytest.mark.conforms("AC-20")
-@pytest.mark.parametrize(
+@each(
     ("dw_and", "dw_xor", "passes", "stops"),
     [
         (0x00000000, 0x00000000, [0, 0x1FFFFFFF, 0x048 << 18], []),

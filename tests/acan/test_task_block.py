@@ -17,6 +17,7 @@ from canwire.acan.constants import Action, BlockStatus, Condition
 from canwire.acan.filters import Filter
 from canwire.acan.identifiers import acan_word
 from canwire.acan.task_block import Occurrence, Status, TaskBlock
+from tests.cases import each
 from tests.effort import examples
 
 NOTIFY, QUEUE, RECEIVE, SEND = Action.NOTIFY, Action.QUEUE, Action.CHANRCV, Action.CHANSND
@@ -32,7 +33,7 @@ def channel(id: int, action: Action, variable: Any, length: int | None = None) -
 
 
 @pytest.mark.conforms("AC-20")
-@pytest.mark.parametrize(
+@each(
     ("and_mask", "xor_value", "word", "passes"),
     [
         (0, 0, 0, True),
@@ -82,7 +83,7 @@ def test_one_frame_may_match_several_filters_and_stands_in_the_fifo_once() -> No
 
 
 @pytest.mark.conforms("AC-22")
-@pytest.mark.parametrize("number", range(16))
+@each("number", range(16))
 def test_all_actions_combine_but_both_directions_of_a_channel(number: int) -> None:
     actions = Action(number << 4)
     variable = bytearray(8) if actions & (RECEIVE | SEND) else None
@@ -101,8 +102,8 @@ def test_all_actions_combine_but_both_directions_of_a_channel(number: int) -> No
 
 
 @pytest.mark.conforms("AC-23")
-@pytest.mark.parametrize("received", range(9))
-@pytest.mark.parametrize("length", [1, 3, 8])
+@each("received", range(9))
+@each("length", [1, 3, 8])
 def test_a_receiving_channel_copies_the_shorter_of_both(received: int, length: int) -> None:
     variable = bytearray(b"........")
     block = TaskBlock([channel(0x10, RECEIVE, variable, length)])
@@ -139,7 +140,7 @@ def test_a_variable_whose_memory_was_released_moves_nothing() -> None:
 
 
 @pytest.mark.conforms("AC-24")
-@pytest.mark.parametrize(
+@each(
     ("request_data", "reply"),
     [
         ("000048000004", Frame(0x012, b"vari")),
@@ -160,7 +161,7 @@ def test_a_request_says_where_the_answer_goes(request_data: str, reply: Frame | 
 
 
 @pytest.mark.conforms("AC-35")
-@pytest.mark.parametrize(
+@each(
     ("field", "make"),
     [
         ("bSCFilter", lambda: TaskBlock(conditions=0x100)),
@@ -247,8 +248,8 @@ def test_a_filter_that_only_queues_is_seen_when_something_else_notifies() -> Non
 
 
 @pytest.mark.conforms("AC-27")
-@pytest.mark.parametrize("asked", list(Condition))
-@pytest.mark.parametrize("happened", list(Condition))
+@each("asked", list(Condition))
+@each("happened", list(Condition))
 def test_only_conditions_asked_for_are_told(asked: Condition, happened: Condition) -> None:
     block = TaskBlock(conditions=asked)
     block.occurred(Occurrence(int(happened), 96, 17))

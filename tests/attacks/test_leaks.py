@@ -17,6 +17,7 @@ from canwire import ChannelMode, Closed, HubError, LineMode
 from canwire.boards.lin.modes import LinMonitorMode
 from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
+from tests.cases import each
 from tests.hubs import LONG_S, connected, embedded, serving
 
 pytestmark = pytest.mark.skipif(
@@ -106,7 +107,7 @@ def test_a_channel_keeps_its_hub(address: str) -> None:
     channel.hub.close()  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("buses", [("can0", "can0", "lin0"), ("", "", ""), ("can0", "", "lin0")], ids=str)
+@each("buses", [("can0", "can0", "lin0"), ("", "", ""), ("can0", "", "lin0")], ids=str)
 def test_boards_take_their_buses_with_them(buses: tuple[str, ...]) -> None:
     """One that stayed was looked at in every step of the hub's time, and in the soak some hundred a minute did."""
     with embedded("", time="virtual") as engine, connected(engine) as hub:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from canwire import BadConfig
 from canwire.boards.config.configuration import Config
 from tests.attacks.parsers import PARSERS
+from tests.cases import each
 
 _SLOW = {"LDF": 10, "rows of the page": 60, "ACAN's INI": 60, "CANDRV's tables": 60}
 _USUAL = 150
@@ -30,7 +31,7 @@ def changed(seeds: tuple[bytes, ...]) -> st.SearchStrategy[bytes]:
     return st.binary(max_size=200) | st.builds(cut, seed, st.lists(cuts, min_size=1, max_size=4))
 
 
-@pytest.mark.parametrize("name", PARSERS)
+@each("name", PARSERS)
 def test_it_takes_its_seeds(name: str) -> None:
     parser = PARSERS[name]
     answers = []

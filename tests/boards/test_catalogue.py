@@ -30,6 +30,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import Timeline
+from tests.cases import each
 
 CLASS = "661DC760-AFA5-4D55-86F5-FABC63600A54"
 TOY = BoardKind("toy", CLASS, "Toy", (Connector("CAN", figures.USB_TO_CAN, "can0"),))
@@ -138,7 +139,7 @@ def test_lines_are_counted_for_each_kind_of_bus() -> None:
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("named", "there", "buses"),
     [
         ((), {"can0", "lin0"}, ("can0", "can0", "lin0")),
@@ -249,7 +250,7 @@ def test_a_line_without_a_bus_of_its_type_plugs_nothing(copper: Copper) -> None:
     assert copper.can["can0"].nodes == []
 
 
-@pytest.mark.parametrize("text", ["HW1", "HW123456", "HW000001", "HW-a:b[c]/~!?#", "HW" + "x" * 14])
+@each("text", ["HW1", "HW123456", "HW000001", "HW-a:b[c]/~!?#", "HW" + "x" * 14])
 def test_hardware_ids(text: str) -> None:
     assert checked_hardware_id(text) == text
 
@@ -264,7 +265,7 @@ def test_no_hardware_ids(copper: Copper, text: str) -> None:
         copper.plugged("usb-to-can", text)
 
 
-@pytest.mark.parametrize("text", ["", " ", "can 0", "can0\n", "(can0)", "HW1:0", "x" * 65, 5])
+@each("text", ["", " ", "can 0", "can0\n", "(can0)", "HW1:0", "x" * 65, 5])
 def test_no_bus_names(text: str) -> None:
     with pytest.raises(BadValue, match="bus name"):
         checked_bus_name(text)

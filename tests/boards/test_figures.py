@@ -8,6 +8,7 @@ import pytest
 
 from canwire import BitTiming, Capabilities, Feature, TimingLimits, TimingRange
 from canwire.boards.figures import USB_TO_CAN, USB_TO_CAN_FD
+from tests.cases import each
 
 # CAN_BTP_ presets of VCI 4: bit/s, TS1, TS2, SJW, TDO (reference/vci.md section 3)
 NOMINAL_PRESETS = [
@@ -67,8 +68,8 @@ def test_only_the_fd_board_knows_fd() -> None:
     assert USB_TO_CAN.data is None
 
 
-@pytest.mark.parametrize("preset", NOMINAL_PRESETS, ids=lambda preset: str(preset[0]))
-@pytest.mark.parametrize("capabilities", [USB_TO_CAN_FD, USB_TO_CAN], ids=["fd", "classic"])
+@each("preset", NOMINAL_PRESETS, ids=lambda preset: str(preset[0]))
+@each("capabilities", [USB_TO_CAN_FD, USB_TO_CAN], ids=["fd", "classic"])
 def test_nominal_presets_run(capabilities: Capabilities, preset: tuple[int, ...]) -> None:
     rate, ts1, ts2, sjw, _ = preset
     limits = limits_of(capabilities.nominal)
@@ -76,7 +77,7 @@ def test_nominal_presets_run(capabilities: Capabilities, preset: tuple[int, ...]
     assert timing.bit_rate == rate
 
 
-@pytest.mark.parametrize("preset", DATA_PRESETS, ids=lambda preset: str(preset[0]))
+@each("preset", DATA_PRESETS, ids=lambda preset: str(preset[0]))
 def test_data_presets_run(preset: tuple[int, ...]) -> None:
     rate, ts1, ts2, sjw, tdo = preset
     assert USB_TO_CAN_FD.data is not None

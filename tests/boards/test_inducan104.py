@@ -12,6 +12,7 @@ from canwire.boards.inducan104 import IRQS, InduCan104, Jumpers, checked_place
 from canwire.boards.isa import IsaPlace
 from canwire.errors import BadValue
 from canwire.values.isa_address import BASES, port_of, register_at
+from tests.cases import each
 
 # E24 E23 E22 E21 E20, address: the manual's table, row by row
 TABLE = [
@@ -66,7 +67,7 @@ class Chip:
 
 
 @pytest.mark.conforms("AC-01")
-@pytest.mark.parametrize(("row", "base"), TABLE)
+@each(("row", "base"), TABLE)
 def test_the_manuals_table(row: str, base: int) -> None:
     jumpers = Jumpers.parse(row)
     assert jumpers.base == base
@@ -101,14 +102,14 @@ def test_24_addresses_and_no_others() -> None:
 
 
 @pytest.mark.conforms("AC-01")
-@pytest.mark.parametrize("base", [0, 0xE0, 0x281, 0x290, 0x400, 0x680, -32, True, 10**30])
+@each("base", [0, 0xE0, 0x281, 0x290, 0x400, 0x680, -32, True, 10**30])
 def test_addresses_that_no_jumpers_set(base: int) -> None:
     for refusing in (Jumpers.for_base, checked_place, lambda base: port_of(0, base)):
         with pytest.raises(BadValue, match="base address"):
             refusing(base)
 
 
-@pytest.mark.parametrize("text", ["", "NP P NP P", "NP P NP P P P", "NP P NP P X", "np p np p p"])
+@each("text", ["", "NP P NP P", "NP P NP P P P", "NP P NP P X", "np p np p p"])
 def test_text_that_is_no_jumpers(text: str) -> None:
     with pytest.raises(BadValue, match="for each of E24 E23 E22 E21 E20"):
         Jumpers.parse(text)
@@ -118,7 +119,7 @@ def test_text_that_is_no_jumpers(text: str) -> None:
 
 
 @pytest.mark.conforms("AC-02")
-@pytest.mark.parametrize(
+@each(
     ("register", "port"),
     [(0, 0x280), (31, 0x29F), (32, 0x680), (64, 0xA80), (96, 0xE80), (127, 0xE9F)],
 )

@@ -7,6 +7,7 @@ import pytest
 from canwire.boards.inducan104 import InduCan104
 from canwire.boards.isa import IsaBus, IsaPlace
 from canwire.errors import BadValue, InUse, NoSuchBoard
+from tests.cases import each
 
 
 class Chip:
@@ -86,7 +87,7 @@ def test_one_address_for_two() -> None:
 
 
 @pytest.mark.conforms("AC-03")
-@pytest.mark.parametrize(("first", "second"), [(False, False), (True, False), (False, True)])
+@each(("first", "second"), [(False, False), (True, False), (False, True)])
 def test_one_interrupt_line_for_two(first: bool, second: bool) -> None:
     machine = IsaBus()
     machine.plug("HW000001", board(shared=first))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
-
 from canwire.boards.description import NO_CAN, Feature, Ticks
 from canwire.boards.figures import ADAPTER, FD_ADAPTER
 from canwire.boards.outside import capabilities_of
+from tests.cases import each
 
 
-@pytest.mark.parametrize(
+@each(
     ("interface", "fd", "listens"),
     [("pcan", True, True), ("socketcan", True, False), ("cantact", False, True), ("serial", False, False)],
 )

@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 
 from canwire import InUse, NoChannel
 from canwire.boards.sharing import SHARE_READ, SHARE_WRITE, Share, Sharing
+from tests.cases import each
 from tests.effort import examples
 
 ACCESS = list(product([False, True], [False, True], range(4)))
 
 
 @pytest.mark.conforms("FS-17")
-@pytest.mark.parametrize(
+@each(
     ("first", "second", "works"),
     [
         ((True, False, SHARE_READ), (True, False, 3), True),

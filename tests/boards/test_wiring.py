@@ -9,6 +9,7 @@ from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.boards.wiring import config_warnings, warnings
 from canwire.bus.medium import effective_length_m, longest_m, one_way_delay_ps
 from canwire.values.timing.bit_timing import BitTiming
+from tests.cases import each
 
 COUPLER_DELAY_NS = 75.0
 """One 6N137 of the opto-isolated form, of which a level passes one on its way out, and one on its way in."""
@@ -16,7 +17,7 @@ TABLE = [(1_000_000, 25), (800_000, 50), (500_000, 100), (250_000, 250), (125_00
 
 
 @pytest.mark.conforms("AC-08")
-@pytest.mark.parametrize(("bit_rate", "longest"), TABLE)
+@each(("bit_rate", "longest"), TABLE)
 def test_the_manuals_lengths(bit_rate: int, longest: float) -> None:
     assert longest_m(bit_rate) == longest
     assert warnings(BusConfig(name="a", length_m=longest), 2, bit_rate) == []
@@ -27,7 +28,7 @@ def test_the_manuals_lengths(bit_rate: int, longest: float) -> None:
 
 
 @pytest.mark.conforms("AC-08")
-@pytest.mark.parametrize(("bit_rate", "longest"), TABLE)
+@each(("bit_rate", "longest"), TABLE)
 def test_opto_couplers_are_30_m(bit_rate: int, longest: float) -> None:
     assert effective_length_m(longest, COUPLER_DELAY_NS) == longest + 30
     isolated = BusConfig(name="a", length_m=max(0, longest - 29), node_delay_ns=COUPLER_DELAY_NS)
@@ -42,7 +43,7 @@ def test_opto_couplers_are_30_m(bit_rate: int, longest: float) -> None:
 
 
 @pytest.mark.conforms("AC-08")
-@pytest.mark.parametrize(("bit_rate", "longest"), TABLE)
+@each(("bit_rate", "longest"), TABLE)
 def test_the_virtual_bus_has_them_too(bit_rate: int, longest: float) -> None:
     """A level takes as long over 30 m as through two couplers."""
     timing = BitTiming.for_bit_rate(bit_rate)
@@ -71,9 +72,7 @@ def test_rates_between_the_rows() -> None:
 
 
 @pytest.mark.conforms("AC-08")
-@pytest.mark.parametrize(
-    ("ohm", "fits"), [(119, False), (120, True), (150, True), (180, True), (180.5, False)]
-)
+@each(("ohm", "fits"), [(119, False), (120, True), (150, True), (180, True), (180.5, False)])
 def test_termination(ohm: float, fits: bool) -> None:
     told = warnings(BusConfig(name="body", termination_ohm=ohm), 2)
     expected = [f"bus body: terminated with {ohm:g} ohm; each end of the cable takes 120 to 180 ohm"]

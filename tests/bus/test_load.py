@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.bus.load import BUCKET_NS, BUCKETS, BusLoad
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -72,7 +73,7 @@ def test_never_above_100_percent(history: list[tuple[int, int, float]]) -> None:
 
 
 @pytest.mark.conforms("G-16")
-@pytest.mark.parametrize("frame_ns", [111_000, 130_000, 1_100_000, 7_000_000])
+@each("frame_ns", [111_000, 130_000, 1_100_000, 7_000_000])
 def test_a_saturated_bus_shows_100_percent(frame_ns: int) -> None:
     load = BusLoad()
     for start_ns in range(0, 3 * SECOND, frame_ns):
@@ -92,7 +93,7 @@ def test_looking_into_a_frame_spoils_no_peak() -> None:
     assert load.peak() == pytest.approx(100.0)
 
 
-@pytest.mark.parametrize("percent", [0, 25, 50, 75, 100])
+@each("percent", [0, 25, 50, 75, 100])
 def test_a_known_schedule(percent: int) -> None:
     load = BusLoad()
     period_ns = 10_000_000

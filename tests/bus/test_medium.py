@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from canwire.bus.medium import one_way_delay_ps
 from canwire.errors import BadValue
 from canwire.values.timing.bit_timing import BitTiming
+from tests.cases import each
 
 # bit rate, longest cable in metres
 LONGEST = [(1_000_000, 25), (800_000, 50), (500_000, 100), (250_000, 250), (125_000, 500)]
@@ -49,7 +50,7 @@ class TestTable:
         assert one_way_delay_ps(timing, 10, OPTO_COUPLER_NS) == one_way_delay_ps(timing, 10 + both, 0)
 
 
-@pytest.mark.parametrize("wrong", [-1, -0.1, float("nan"), float("inf"), 1e300])
+@each("wrong", [-1, -0.1, float("nan"), float("inf"), 1e300])
 def test_a_cable_of_no_length_that_there_is(wrong: float) -> None:
     timing = BitTiming.for_bit_rate(500_000, clock_hz=CLOCK_HZ)
     with pytest.raises(BadValue, match=f"length_m {re.escape(str(wrong))}: from 0 to 10000"):
@@ -58,7 +59,7 @@ def test_a_cable_of_no_length_that_there_is(wrong: float) -> None:
         one_way_delay_ps(timing, 0.0, wrong)
 
 
-@pytest.mark.parametrize("bit_rate", [1_000_000, 125_000, 10_000])
+@each("bit_rate", [1_000_000, 125_000, 10_000])
 def test_an_ideal_bus_has_no_delay(bit_rate: int) -> None:
     assert one_way_delay_ps(BitTiming.for_bit_rate(bit_rate, clock_hz=CLOCK_HZ), 0.0, 0.0) == 0
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue, Draw, campaign
 from canwire.campaigns.parameters import Space
+from tests.cases import each
 
 
 def test_the_last_list_changes_first() -> None:
@@ -37,7 +38,7 @@ DRAWS: list[tuple[Draw, Callable[[Any], bool]]] = [
 ]
 
 
-@pytest.mark.parametrize(("draw", "within"), DRAWS, ids=lambda one: getattr(one, "kind", ""))
+@each(("draw", "within"), DRAWS, ids=lambda one: getattr(one, "kind", ""))
 def test_draws_stay_within_and_differ(draw: Draw, within: Callable[[Any], bool]) -> None:
     values = [draw.drawn(random.Random(seed)) for seed in range(200)]
     assert all(map(within, values))
@@ -56,7 +57,7 @@ def test_draws_belong_to_the_run_s_seed() -> None:
     assert space.at(5, 77) != space.at(5, 78)
 
 
-@pytest.mark.parametrize(
+@each(
     ("made", "said"),
     [
         (lambda: Draw.uniform(2, 1), "from 2 to 1: nothing lies between"),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire.bus.can import node
 from canwire.chips.confinement import ACTIVE, BUS_OFF, PASSIVE, WARNING, Confinement
 from canwire.values.event import ErrorState
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -52,26 +53,26 @@ STEPS = [
 
 @pytest.mark.conforms("G-09")
 class TestTable:
-    @pytest.mark.parametrize(("row", "rule", "tec", "rec"), STEPS)
+    @each(("row", "rule", "tec", "rec"), STEPS)
     def test_rules_that_count_up(self, row: str, rule: int, tec: int, rec: int) -> None:
         for start in ((0, 0), (5, 7), (90, 100)):
             confinement = at(*start)
             confinement.apply(rule)
             assert (confinement.tec, confinement.rec) == (start[0] + tec, start[1] + rec), row
 
-    @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (8, 7), (128, 127), (255, 254)])
+    @each(("before", "after"), [(0, 0), (1, 0), (8, 7), (128, 127), (255, 254)])
     def test_rule_7_successful_transmission(self, before: int, after: int) -> None:
         confinement = at(before, 3)
         confinement.transmitted()
         assert (confinement.tec, confinement.rec) == (after, 3)
 
-    @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (127, 126)])
+    @each(("before", "after"), [(0, 0), (1, 0), (127, 126)])
     def test_rule_8_successful_reception(self, before: int, after: int) -> None:
         confinement = at(8, before)
         confinement.received()
         assert (confinement.tec, confinement.rec) == (8, after)
 
-    @pytest.mark.parametrize("before", [128, 129, 200, 255])
+    @each("before", [128, 129, 200, 255])
     def test_rule_8_from_above_127(self, before: int) -> None:
         confinement = at(0, before)
         confinement.received()
@@ -82,7 +83,7 @@ class TestTable:
         assert one.apply(node.RECEIVED) == other.received()
         assert (one.tec, one.rec, one.state) == (other.tec, other.rec, other.state) == (8, 49, ACTIVE)
 
-    @pytest.mark.parametrize(
+    @each(
         ("tec", "rec", "state"),
         [
             (0, 0, ACTIVE),
@@ -173,7 +174,7 @@ class TestCrossings:
         assert (confinement.tec, confinement.state) == (256, BUS_OFF)
 
     @pytest.mark.conforms("G-11")
-    @pytest.mark.parametrize("rule", [rule for _, rule, _, _ in STEPS] + [node.RECEIVED])
+    @each("rule", [rule for _, rule, _, _ in STEPS] + [node.RECEIVED])
     def test_bus_off_holds_whatever_is_counted(self, rule: int) -> None:
         confinement = at(256, 5)
         assert not confinement.apply(rule)

@@ -10,6 +10,7 @@ import pytest
 import canwire
 from canwire.commands import main
 from canwire.commands.lab.waveform import draw
+from tests.cases import each
 
 # (frame, dynamic stuff bits, CRC, full stream with the ACK slot dominant), copied from section 11
 STREAMS = {
@@ -35,7 +36,7 @@ def facts(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize(("text", "stuff_bits", "crc", "stream"), STREAMS.values(), ids=STREAMS)
+@each(("text", "stuff_bits", "crc", "stream"), STREAMS.values(), ids=STREAMS)
 def test_vectors(
     capsys: pytest.CaptureFixture[str], text: str, stuff_bits: int, crc: int, stream: str
 ) -> None:
@@ -45,7 +46,7 @@ def test_vectors(
     assert (found["length"], found["stuff_bits"], found["crc"]) == (len(stream), stuff_bits, crc)
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "duration_ns"),
     [
         (["123#1122"], 124_000),  # C04: 62 bits
@@ -137,8 +138,8 @@ def test_a_terminal_gets_lines_of_its_width(
     assert max(map(len, drawing)) == 38
 
 
-@pytest.mark.parametrize(("fancy", "stroke"), [(True, "─"), (False, "_")])
-@pytest.mark.parametrize("width", [40, 61, 1000])
+@each(("fancy", "stroke"), [(True, "─"), (False, "_")])
+@each("width", [40, 61, 1000])
 def test_the_drawing_shows_every_level(fancy: bool, stroke: str, width: int) -> None:
     stream = STREAMS["C04"][3]
     lines = draw([int(bit) for bit in stream], [0] * len(stream), [], width, fancy=fancy)

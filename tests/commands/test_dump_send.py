@@ -48,6 +48,7 @@ from canwire.commands.live.listening import Listening
 from canwire.commands.send import Sending, format_text
 from canwire.commands.shared_hub import find_line
 from tests import warm
+from tests.cases import each
 from tests.hubs import serving
 
 COUNTERS = dict.fromkeys(
@@ -311,8 +312,8 @@ def test_somebody_else_is_just_starting_it(hub: FakeHub) -> None:
     assert 0 < hub.time_s < 2
 
 
-@pytest.mark.parametrize("bit_rate", [5_000, 10_000, 125_000, 250_000, 500_000, 800_000, 1_000_000])
-@pytest.mark.parametrize("kind", ["usb-to-can-fd", "usb-to-can"])
+@each("bit_rate", [5_000, 10_000, 125_000, 250_000, 500_000, 800_000, 1_000_000])
+@each("kind", ["usb-to-can-fd", "usb-to-can"])
 def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:
     capabilities = catalogue.kind(kind).connectors[0].capabilities
     mode = line_mode(capabilities, WantedMode(bit_rate, None))
@@ -329,7 +330,7 @@ def test_usual_rates_fit_every_board(kind: str, bit_rate: int) -> None:
     assert (mode.data_timing is not None) == mode.long_data == (kind == "usb-to-can-fd")
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "rates", "error", "why"),
     [
         (
@@ -355,7 +356,7 @@ def test_rates_that_a_board_cannot_make(
         line_mode(catalogue.kind(kind).connectors[0].capabilities, rates)
 
 
-@pytest.mark.parametrize(
+@each(
     ("mode", "text"),
     [
         (MODE, "CAN FD with 11-bit and 29-bit identifiers"),

@@ -22,6 +22,7 @@ from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.commands import VERBS, main
 from canwire.commands.shell.parser import Parser
+from tests.cases import each
 from tests.commands.conftest import running_lines, served_here
 from tests.hubs import LONG_S
 
@@ -117,7 +118,7 @@ def test_every_verb_has_examples(verb: str) -> None:
 
 
 @pytest.mark.conforms("N-15")
-@pytest.mark.parametrize("example", [one for one in EVERY if not re.search(SYNTAX, one)])
+@each("example", [one for one in EVERY if not re.search(SYNTAX, one)])
 def test_the_words_are_known(example: str, capsys: pytest.CaptureFixture[str]) -> None:
     verb, *words = shlex.split(example)
     parser = Parser(prog=f"canwire {verb}")

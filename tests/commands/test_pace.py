@@ -14,6 +14,7 @@ import canwire
 from canwire import BadValue, WrongState
 from canwire.commands import main
 from tests import warm
+from tests.cases import each
 from tests.hubs import LONG_S, serving, status_of
 from tests.lockstep.programs import bench
 
@@ -57,7 +58,7 @@ def test_a_hub_of_the_program_s_own_is_held_and_freed() -> None:
         assert hub.now_ns() == 3_600_500_000_000
 
 
-@pytest.mark.parametrize("factor", [0, -1, float("nan"), float("inf"), 1e-9, 1e9])
+@each("factor", [0, -1, float("nan"), float("inf"), 1e-9, 1e9])
 def test_a_pace_is_a_number_within_bounds(factor: float) -> None:
     with canwire.connect(time="lockstep", timed=True) as hub, pytest.raises(BadValue, match="pace"):
         hub.set_pace(factor)

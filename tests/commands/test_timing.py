@@ -11,6 +11,7 @@ import pytest
 
 from canwire.commands import VERBS, main
 from tests import warm
+from tests.cases import each
 
 
 def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
@@ -80,7 +81,7 @@ def test_search(capsys: pytest.CaptureFixture[str]) -> None:
     assert "canwire: no solution for 500000 bit/s: PHASE1 6 is shorter" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "why"),
     [
         (["timing"], "give a bit rate"),

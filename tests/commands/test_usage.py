@@ -7,6 +7,7 @@ from contextlib import suppress
 import pytest
 
 from canwire.commands import GROUPS, VERBS, main
+from tests.cases import each
 
 
 @pytest.mark.smoke
@@ -20,7 +21,7 @@ def test_help_has_the_usage_and_examples(capsys: pytest.CaptureFixture[str], ver
     assert f"\ncanwire {verb}" in shown
 
 
-@pytest.mark.parametrize("verb", sorted(VERBS))
+@each("verb", sorted(VERBS))
 def test_help_may_be_asked_for_in_front(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     with pytest.raises(SystemExit):
         main([verb, "--help"])
@@ -72,7 +73,7 @@ def test_help_lists_verbs_by_group(capsys: pytest.CaptureFixture[str]) -> None:
     assert shown.index("\n  serve ") < shown.index("\n  dump ") < shown.index("\n  completion ")
 
 
-@pytest.mark.parametrize("verb", sorted(VERBS))
+@each("verb", sorted(VERBS))
 def test_help_begins_with_two_uses(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     """After one line of usage and one that says what it is for."""
     with pytest.raises(SystemExit):

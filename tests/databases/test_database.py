@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadSignals, BadValue, Database, Frame, load_database
+from tests.cases import each
 from tests.databases.conftest import DATA, ENGINE
 from tests.effort import examples
 
@@ -96,7 +97,7 @@ def test_the_multiplexer_follows_from_the_signals(engine: Database) -> None:
     assert engine.signals_in("GearboxStatus", {"Page": 1}) == ["Page", "OilPressure", "Torque"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "values", "told"),
     [
         ("EngineData", {"EngineSpeed": 16001}, "EngineSpeed: 16001 is out of range: 0 to 16000 rpm"),
@@ -133,7 +134,7 @@ def test_every_fault_is_told_at_once(engine: Database) -> None:
     assert bad.value.message == "EngineData"
 
 
-@pytest.mark.parametrize(
+@each(
     ("use", "told"),
     [
         (lambda db: db.message("EngineDta"), r"no message 'EngineDta'; did you mean EngineData\?"),

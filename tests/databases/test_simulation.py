@@ -7,6 +7,7 @@ import itertools
 import pytest
 
 from canwire import BadSignals, BadValue, Database, Lab, OutgoingMessage
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("PF-15")
 
@@ -74,7 +75,7 @@ def test_messages_without_a_cycle_are_named(engine: Database) -> None:
         engine.simulated("Tester")
 
 
-@pytest.mark.parametrize(
+@each(
     ("signals", "told"),
     [
         ({"EngineSped": 1}, r"Engine sends no signal 'EngineSped' in cycles; did you mean EngineSpeed"),

@@ -13,6 +13,7 @@ import pytest
 import name_map
 from canwire import acan
 from docs import acan_map
+from tests.cases import each
 
 TEXT: str = acan_map.PAGE.read_text(encoding="utf-8")
 ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
@@ -107,7 +108,7 @@ def test_the_script_reads_all_signatures() -> None:
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "text"),
     [
         ("function", "ACAN_SetColour"),

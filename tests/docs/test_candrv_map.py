@@ -16,6 +16,7 @@ from canwire.candrv import win32
 from canwire.candrv.registry.settings import ROWS as ENTRIES
 from canwire.candrv.text import WORDS
 from docs import candrv_map
+from tests.cases import each
 
 TEXT: str = candrv_map.PAGE.read_text(encoding="utf-8")
 ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
@@ -126,7 +127,7 @@ def test_the_script_reads_all_of_them() -> None:
     assert len(named("registry entry")) == 23 + 2  # UseTxIRQ, and IoCtl is Ioctl
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "text"),
     [
         ("function", "SetColour"),

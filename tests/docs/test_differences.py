@@ -11,9 +11,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import pytest
-
-from tests.cases import hold_for_each
+from tests.cases import each, hold_for_each
 from tests.docs.differences import PAGES, Page
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -43,12 +41,12 @@ def names_in(file: str) -> set[str]:
     return {one.name for one in tree.body if isinstance(one, ast.FunctionDef)}
 
 
-@pytest.mark.parametrize("manual", PAGES)
+@each("manual", PAGES)
 def test_each_row_has_its_proof_and_each_proof_its_row(manual: str) -> None:
     assert sorted(rows(PAGES[manual])) == sorted(PAGES[manual].proofs)
 
 
-@pytest.mark.parametrize("manual", PAGES)
+@each("manual", PAGES)
 def test_each_proof_is_a_test(manual: str) -> None:
     def check(row: str) -> None:
         found = list(proofs(PAGES[manual].proofs[row]))

@@ -10,6 +10,7 @@ import pytest
 
 import name_map
 from docs import dongle_map
+from tests.cases import each
 from tests.slcan.bench import Bench
 from tests.slcan.conftest import bench
 
@@ -46,7 +47,7 @@ def test_the_page_has_every_name_of_the_manual() -> None:
     )
 
 
-@pytest.mark.parametrize("place", PLACES)
+@each("place", PLACES)
 def test_every_counterpart_exists(place: str) -> None:
     package = "canwire.slcan" if place.startswith("canwire.slcan.") else "canwire"
     there: Any = importlib.import_module(package)

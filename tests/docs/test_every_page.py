@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from canwire.commands import VERBS
+from tests.cases import each
 from tests.docs.blocks import ROOT, blocks
 
 RUN_BY = {
@@ -98,9 +99,7 @@ def options_of(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 @pytest.mark.conforms("N-15")
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.name not in HISTORY], ids=lambda page: page.name
-)
+@each("page", [page for page in PAGES if page.name not in HISTORY], ids=lambda page: page.name)
 def test_its_commands_are_ones_there_are(page: Path) -> None:
     """Verb and long options of whatever a page mentions in passing."""
     for inline, line in NAMED.findall(page.read_text(encoding="utf-8")):

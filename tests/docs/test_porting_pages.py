@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
+from tests.cases import each
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 DIFFERENCES = {
@@ -18,7 +18,7 @@ DIFFERENCES = {
 LONGEST_FIRST = 17  # lines: VCI needs two channels and two control units; the others have ten or fewer
 
 
-@pytest.mark.parametrize("page", DIFFERENCES)
+@each("page", DIFFERENCES)
 def test_it_begins_with_a_short_program(page: str) -> None:
     """Before anything else, with what it prints; that it does is tested with the page's other samples."""
     text = (DOCS / page).read_text(encoding="utf-8")
@@ -33,14 +33,14 @@ def test_it_begins_with_a_short_program(page: str) -> None:
     assert re.search(r"^```text$|prints\n?`", after.partition("\n## ")[0], re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", DIFFERENCES)
+@each("page", DIFFERENCES)
 def test_it_has_a_table_of_differences(page: str) -> None:
     header, *rows = _table(page, DIFFERENCES[page])
     assert len(rows) >= 15
     assert {len(row) for row in rows} == {len(header)}
 
 
-@pytest.mark.parametrize("page", DIFFERENCES)
+@each("page", DIFFERENCES)
 def test_it_has_a_table_of_troubles(page: str) -> None:
     header, *rows = _table(page, "Troubles?")
     assert header == ["what you see", "why", "what to do"]

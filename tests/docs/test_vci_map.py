@@ -11,6 +11,7 @@ import pytest
 
 import name_map
 from docs import vci_map
+from tests.cases import each
 
 TEXT: str = vci_map.PAGE.read_text(encoding="utf-8")
 ROWS = [row for line in TEXT.splitlines() if (row := name_map.ROW.match(line))]
@@ -72,7 +73,7 @@ def test_the_script_reads_all_signatures_and_structures() -> None:
     assert {title for title in titles if f"IUnknown::{title}" not in names} <= names
 
 
-@pytest.mark.parametrize(
+@each(
     ("manual", "kind", "text"),
     [
         ("V4", "constant", "CAN_OPMODE_SILENT"),

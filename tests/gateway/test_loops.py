@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.gateway.loops import Way, circle
+from tests.cases import each
 from tests.effort import examples
 
 
@@ -14,7 +14,7 @@ def both(gateway: str, one: str, other: str) -> list[Way]:
     return [Way(gateway, one, other), Way(gateway, other, one)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("own", "others", "path"),
     [
         (both("a", "1", "2"), [], None),

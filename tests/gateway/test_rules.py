@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from canwire import BadFilter, BadValue, Frame, GatewayRules
 from canwire.gateway.rules import Identifier, Passage
+from tests.cases import each
 from tests.effort import examples
 
 
@@ -43,7 +44,7 @@ CASES: list[tuple[Identifier, Identifier, Frame, Frame]] = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "heard", "sent"), CASES)
+@each(("old", "new", "heard", "sent"), CASES)
 def test_another_identifier_and_nothing_else_changes(
     old: Identifier, new: Identifier, heard: Frame, sent: Frame
 ) -> None:
@@ -85,7 +86,7 @@ def test_never_more_than_the_rate_in_any_second(rate: int, gaps: list[int]) -> N
         assert len(passed) == min(rate, len(gaps))
 
 
-@pytest.mark.parametrize(
+@each(
     ("rules", "error"),
     [
         ({"rate": 0}, BadValue),

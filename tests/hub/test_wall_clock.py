@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from canwire import Frame, connect, epoch_ns, parse_frame
+from tests.cases import each
 from tests.hubs import serving
 
 
@@ -32,7 +33,7 @@ def test_everybody_at_one_hub_has_the_same_wall_clock(tmp_path: Path) -> None:
 
 
 @pytest.mark.finding("linux 6")
-@pytest.mark.parametrize("flags", range(4))
+@each("flags", range(4))
 def test_both_digits_of_fd_flags_are_read(flags: int) -> None:
     """Older candumps write bits 0 and 1 alone, today's bit 2 (FDF) with them; we write what both kinds read."""
     frame = Frame(

@@ -28,6 +28,7 @@ from canwire import (
     QueueFull,
     record_dtype,
 )
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -107,7 +108,7 @@ PINNED = {
 }
 
 
-@pytest.mark.parametrize("function", [key for key in PINNED if key is not Frame.__init__])
+@each("function", [key for key in PINNED if key is not Frame.__init__])
 def test_names_of_arguments_are_pinned(function: object) -> None:
     parameters = inspect.signature(function).parameters.values()  # type: ignore[arg-type]
     positional = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD and p.name != "self"]

@@ -26,6 +26,7 @@ from canwire import (
     QueueFull,
     WrongState,
 )
+from tests.cases import each
 
 N8 = bytes(range(8))
 
@@ -51,7 +52,7 @@ PINNED = {
 }
 
 
-@pytest.mark.parametrize("function", list(PINNED))
+@each("function", list(PINNED))
 def test_names_of_arguments_are_pinned(function: object) -> None:
     parameters = inspect.signature(function).parameters.values()  # type: ignore[arg-type]
     positional = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD and p.name != "self"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire import BadTiming, BadValue, ErrorState, EventKind, Frame, Lab, LineError, NotIdle
+from tests.cases import each
 
 BIT_NS = 2_000
 
@@ -26,8 +27,8 @@ def test_frames_go_both_ways() -> None:
 
 
 @pytest.mark.finding("faults-2 7")
-@pytest.mark.parametrize("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
-@pytest.mark.parametrize("controller", ["fd", "sja1000"])
+@each("ppm", [float("inf"), float("-inf"), float("nan"), -2e6, -1e6, 100_001])
+@each("controller", ["fd", "sja1000"])
 def test_an_oscillator_that_no_chip_has_is_refused(controller: str, ppm: float) -> None:
     with Lab() as lab:
         bus = lab.can_bus()
@@ -159,7 +160,7 @@ def test_bus_off_and_restart() -> None:
         assert ideal.receive() == Frame(1)
 
 
-@pytest.mark.parametrize("controller", ["", "SJA1000", "mcp2515"])
+@each("controller", ["", "SJA1000", "mcp2515"])
 def test_controllers_that_there_are_not(controller: str) -> None:
     with Lab() as lab, pytest.raises(BadValue, match="'fd' or 'sja1000'"):
         lab.can_bus().node("x", controller=controller)

@@ -12,6 +12,7 @@ from canwire import BadValue, acan, candrv, vci
 from canwire.packed.kinds import number, numbers, octets
 from canwire.packed.layout import Kind, Layout, Misfit
 from canwire.packed.record import Record, record
+from tests.cases import each
 
 BYTE: TypeAlias = Annotated[int, number("B")]
 WORD: TypeAlias = Annotated[int, number("h")]
@@ -65,7 +66,7 @@ def test_packed_has_no_gaps() -> None:
     assert (layout.size, layout.offsets, layout.align) == (6, {"first": 0, "second": 1, "third": 3}, 1)
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "text"),
     [
         ("first", 256, r"Outer\.first is 256: a whole number from 0 to 255"),

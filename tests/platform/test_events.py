@@ -24,6 +24,7 @@ from canwire.hub.links.loopback import client
 from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
 from canwire.timeline import Timeline
+from tests.cases import each
 from tests.missing import not_on_windows
 
 linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
@@ -62,7 +63,7 @@ def readable(source: Any) -> bool:
 
 
 @needs_linux
-@pytest.mark.parametrize("name", PORTABLE)
+@each("name", PORTABLE)
 def test_both_variants_have_the_same_names(name: str) -> None:
     one, other = getattr(linux, name), getattr(PORTABLE[name], name)
     if not inspect.isclass(one):
@@ -133,8 +134,8 @@ def test_the_one_that_ever_takes_its_signals_rests_until_there_is_one(kind: Modu
         assert not other.wait(0)
     own.signal()
     other.rest()
-    for each in (own, other):
-        each.close()
+    for end in (own, other):
+        end.close()
 
 
 def test_of_many_threads_that_signal_no_signal_is_lost(event: Any) -> None:
@@ -324,8 +325,8 @@ def test_on_windows_sockets_are_counted(monkeypatch: pytest.MonkeyPatch) -> None
     poller.watch(reader.fileno(), poller.READABLE)
     with pytest.raises(OSError, match="1 sockets"):
         poller.watch(writer.fileno(), poller.READABLE)
-    for each in (poller, reader, writer):
-        each.close()
+    for end in (poller, reader, writer):
+        end.close()
 
 
 def test_where_select_refuses_to_wait_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

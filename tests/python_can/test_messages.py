@@ -11,6 +11,7 @@ from canwire import BadFrame, BusEvent, ErrorKind, ErrorState, EventKind, Frame,
 from canwire.python_can.messages import record_of, take_messages
 from canwire.values.frame import frame_of_record, record_of_frame, record_to_send
 from canwire.values.record import OVERRUN, SELF_RECEPTION
+from tests.cases import each
 
 LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 
@@ -105,7 +106,7 @@ def test_the_dlc_says_how_long_a_message_is() -> None:
     assert frame_of_record(record_of(fd)) == Frame(1, bytes(12), fd=True)
 
 
-@pytest.mark.parametrize(
+@each(
     "wrong",
     [
         can.Message(arbitration_id=0x800, is_extended_id=False),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from canwire import BadValue, BusEvent, ErrorState, EventKind, Frame, LineError
 from canwire.slcan import CANABLE, DIALECTS, Dongle, FileEeprom, MemoryEeprom, Settings, State
+from tests.cases import each
 from tests.slcan.bench import Bench
 
 FULL = Frame(0x100, bytes(8))
@@ -282,7 +283,7 @@ def test_who_it_is() -> None:
     assert bench.ask(b"V\rN\rS4\rV\rN\rO\rV\rN\rC\rV\rN\r").count(b"V2042\rNB0z9\r") == 4
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [
         ("serial_number", "A12"),

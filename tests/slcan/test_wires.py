@@ -16,6 +16,7 @@ import serial
 
 from canwire import BadValue, Event, Frame, InUse
 from canwire.slcan import Dongle, PtyWire, SerialWire, Service, TcpWire, Wire
+from tests.cases import each
 from tests.slcan.bench import FakeCan
 
 PATIENCE_S = 60.0
@@ -200,7 +201,7 @@ def test_a_host_that_has_sent_a_command_may_be_silent(running: Running) -> None:
         assert wire.look_s is None
 
 
-@pytest.mark.parametrize("address", ["", "5000x", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1"])
+@each("address", ["", "5000x", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1"])
 def test_no_such_address(address: str) -> None:
     with pytest.raises(BadValue):
         TcpWire(address)

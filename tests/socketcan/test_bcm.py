@@ -11,6 +11,7 @@ from canwire.socketcan.bcm import message as m
 from canwire.socketcan.bcm.message import Message
 from canwire.socketcan.bcm.sending import Sending
 from canwire.socketcan.bcm.watching import Watching
+from tests.cases import each
 from tests.socketcan.clock import Clock
 
 
@@ -192,7 +193,7 @@ def test_messages_as_bytes() -> None:
     assert len(message.pack()) == message.size == 56 + 32
 
 
-@pytest.mark.parametrize(
+@each(
     "data",
     [
         b"",

@@ -11,6 +11,7 @@ from canwire.socketcan.constants import CAN_EFF_FLAG, CAN_ERR_FLAG, CAN_INV_FILT
 from canwire.socketcan.echoes import NOBODY, Echoes
 from canwire.socketcan.filters import Filters
 from canwire.socketcan.wire import SELF_RECEPTION, numpy_module
+from tests.cases import each
 
 IDS = [0x123, 0x124, 0x123 | CAN_RTR_FLAG, 0x123 | CAN_EFF_FLAG, 0x1FFF_F123 | CAN_EFF_FLAG]
 
@@ -23,7 +24,7 @@ def passing(*words: tuple[int, int], joined: bool = False) -> list[int]:
 
 
 @pytest.mark.conforms("PC-03", "N-22")
-@pytest.mark.parametrize(
+@each(
     ("words", "joined", "wanted"),
     [
         ([(0, 0)], False, IDS),

@@ -14,6 +14,7 @@ from canwire.socketcan.isotp.layout import gap_ns
 from canwire.socketcan.isotp.options import Options
 from canwire.socketcan.isotp.receiver import Receiver
 from canwire.socketcan.isotp.sender import Sender, State
+from tests.cases import each
 from tests.effort import examples
 from tests.socketcan.clock import Clock
 
@@ -98,7 +99,7 @@ def test_the_frames_of_a_message() -> None:
     assert [frame.hex() for frame in scene.answers] == ["300205", "300205"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "data", "frame"),
     [
         (Options(), "0102", "020102"),
@@ -138,9 +139,7 @@ def test_the_sender_goes_silent() -> None:
     assert scene.failed == [errno.ETIMEDOUT]
 
 
-@pytest.mark.parametrize(
-    ("answer", "error"), [("320000", errno.EMSGSIZE), ("3F0000", errno.EBADMSG), ("30", errno.EBADMSG)]
-)
+@each(("answer", "error"), [("320000", errno.EMSGSIZE), ("3F0000", errno.EBADMSG), ("30", errno.EBADMSG)])
 def test_answers_that_end_it(answer: str, error: int) -> None:
     scene = Scene(Options())
     scene.lose = True
@@ -172,7 +171,7 @@ def test_the_separation_time_is_kept() -> None:
     assert 3 * 0.020 <= scene.clock.now_s - begun_s < 3 * 0.020 + 0.005
 
 
-@pytest.mark.parametrize(
+@each(
     ("stmin", "ns"),
     [(0, 0), (127, 127_000_000), (0x80, 127_000_000), (0xF1, 100_000), (0xF9, 900_000), (0xFA, 127_000_000)],
 )

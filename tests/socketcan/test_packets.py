@@ -16,6 +16,7 @@ from canwire.socketcan.packets.blocks import BlockRing
 from canwire.socketcan.packets.frames import FrameRing
 from canwire.socketcan.packets.ring import V2, V3, RingRequest
 from canwire.socketcan.wire import received_dtype
+from tests.cases import each
 from tests.missing import find_program
 from tests.socketcan.bench import Bench
 
@@ -187,7 +188,7 @@ def test_a_block_is_handed_over_when_it_is_full_or_its_time_is_over() -> None:
     loop.close()
 
 
-@pytest.mark.parametrize(
+@each(
     ("sizes", "version", "error"),
     [
         ((4000, 1, 1024, 3), V2, errno.EINVAL),

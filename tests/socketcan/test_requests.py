@@ -22,6 +22,7 @@ from canwire.socketcan.requests.operations import Operation
 from canwire.socketcan.server import Server
 from canwire.socketcan.sockets.packet import PACKET
 from canwire.socketcan.timed.timers import TimerDescriptors, TimerSignal
+from tests.cases import each
 from tests.hubs import LONG_S
 
 REQUEST, ANSWER = struct.Struct("<Iiiii"), struct.Struct("<q")
@@ -100,7 +101,7 @@ def test_a_descriptor_that_is_not_seccomp_s(served: Served) -> None:
         os.close(writing)
 
 
-@pytest.mark.parametrize("signal", [TimerSignal(65), TimerSignal(-1), TimerSignal(10, 0, -5)])
+@each("signal", [TimerSignal(65), TimerSignal(-1), TimerSignal(10, 0, -5)])
 def test_a_timer_with_a_signal_that_there_is_not(signal: TimerSignal) -> None:
     """It ended the server when it went off."""
     with pytest.raises(OSError, match="no signal"):

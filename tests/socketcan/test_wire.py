@@ -7,7 +7,6 @@ import struct
 import subprocess
 from pathlib import Path
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from canwire.socketcan import table
 from canwire.socketcan.constants import CAN_EFF_FLAG, CAN_ERR_FLAG, CAN_RTR_FLAG
 from canwire.socketcan.table import Table
 from canwire.socketcan.wire import frames_received, numpy_module, records_to_send, sent_dtype, sound
+from tests.cases import each
 from tests.missing import find_program
 
 SHIM = Path(table.__file__).parent / "shim"
@@ -61,7 +61,7 @@ def test_the_kernel_s_form_of_a_frame() -> None:
     assert (remote["can_id"], remote["len"]) == (0x7FF | CAN_RTR_FLAG, 3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("size", "length", "can_id"),
     [(16, 9, 1), (72, 65, 1), (0, 0, 1), (17, 0, 1), (16, 0, CAN_ERR_FLAG)],
 )

@@ -8,6 +8,7 @@ import pytest
 
 import canwire
 from canwire import Hub
+from tests.cases import each
 
 can = pytest.importorskip("can")
 
@@ -25,7 +26,7 @@ def test_two_ecus_answer_in_a_hubs_virtual_time(name: str, canwire_hub: Hub) -> 
     assert float(log[-1]) < 3
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@each("name", SHAPES)
 def test_the_same_bytes_every_time(name: str) -> None:
     assert in_a_hub(name) == in_a_hub(name)
 
@@ -35,7 +36,7 @@ def in_a_hub(name: str) -> list[str]:
         return play(name, functools.partial(can.Bus, "can0", interface="canwire", hub=hub))
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@each("name", SHAPES)
 def test_a_lab_gives_the_same_log_as_a_hub(name: str) -> None:
     with canwire.Lab() as lab, canwire.in_time(lab):
         log = play(name, functools.partial(can.Bus, interface="canwire", channel=lab.can_bus("can0")))

@@ -10,6 +10,7 @@ from canwire.errors import BadFilter
 from canwire.values.acceptance import Acceptance, frame_key, list_key
 from canwire.values.acceptance_orders import candrv, mcp2515, sja1000_basic, sja1000_dual, sja1000_single, vci
 from canwire.values.frame import Frame
+from tests.cases import each
 from tests.effort import examples
 from tests.tables.sja1000_acceptance import VECTORS
 
@@ -75,7 +76,7 @@ def test_lab_filters_compare_identifiers_of_one_format(
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("filters", "named"),
     [
         ([(0x800, 0x7FF)], r"\(2048, 2047\): code 0x800: .* 11 bits; add True"),
@@ -162,7 +163,7 @@ def test_vci_compares_identifier_and_remote_bit(frame: Frame, extended: bool, co
     assert vci(extended, code, mask).accepts(frame) == expected
 
 
-@pytest.mark.parametrize(
+@each(
     ("mode", "acr", "amr", "id", "remote", "data", "accepted"),
     [row[1:] for row in VECTORS],
     ids=[row[0] for row in VECTORS],
@@ -232,7 +233,7 @@ def test_mcp2515_bit_by_bit(frame: Frame, mask: int, filters: list[int]) -> None
 
 
 @pytest.mark.conforms("FS-40")
-@pytest.mark.parametrize(
+@each(
     ("code", "mask", "align", "mask_active"),
     [
         (0x120, 0x007, 1, 0),
@@ -240,7 +241,7 @@ def test_mcp2515_bit_by_bit(frame: Frame, mask: int, filters: list[int]) -> None
         (0x24000000, 0xFF1FFFF8, 0, 1),
     ],
 )
-@pytest.mark.parametrize("data", [b"", b"\0", b"\0\0", b"\x12\x34", b"\xff" * 8])
+@each("data", [b"", b"\0", b"\0\0", b"\x12\x34", b"\xff" * 8])
 def test_candrv_example_1_accepts_120_to_127(
     code: int, mask: int, align: int, mask_active: int, data: bytes
 ) -> None:
@@ -284,7 +285,7 @@ def test_candrv_compares_identifiers(
 
 
 @pytest.mark.conforms("FS-39")
-@pytest.mark.parametrize(("align", "code"), [(0, 0x20000000), (2, 0x04000000), (3, 0x20000000)])
+@each(("align", "code"), [(0, 0x20000000), (2, 0x04000000), (3, 0x20000000)])
 def test_candrv_compares_two_data_bytes_of_standard_frames(align: int, code: int) -> None:
     acceptance = candrv(code | 0x1200, 0x000000FF, align, 0, mode_2b=False)
     assert acceptance.accepts(Frame(0x100, b"\x12\x77"))

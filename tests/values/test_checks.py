@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from canwire.errors import BadValue
 from canwire.values.checks import LONGEST_NS, finite, instance, nanoseconds, octets, shown, whole
+from tests.cases import each
 
 
 @given(st.integers(), st.integers(), st.integers())
@@ -23,12 +24,12 @@ def test_a_whole_number_is_within_its_bounds_or_refused(value: int, one: int, ot
             whole("count", value, lowest, highest)
 
 
-@pytest.mark.parametrize("value", [np.int64(7), np.uint8(7), True + 6])
+@each("value", [np.int64(7), np.uint8(7), True + 6])
 def test_numpys_integers_are_whole(value: int) -> None:
     assert whole("count", value, 0, 10) == 7
 
 
-@pytest.mark.parametrize("value", [1.0, "7", None, b"7", int])
+@each("value", [1.0, "7", None, b"7", int])
 def test_nothing_else_is(value: object) -> None:
     with pytest.raises(TypeError, match="must be int"):
         whole("count", value, 0, 10)  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadValue, ControllerOptions, DelayCompensation
+from tests.cases import each
 
 times = st.floats(0, 100_000) | st.integers(0, 100_000)
 loops = st.floats(0, 2_000) | st.integers(0, 2_000)
@@ -66,7 +67,7 @@ def test_times_out_of_range(value: object) -> None:
             DelayCompensation(value)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "message"),
     [
         (lambda: ControllerOptions(2000.1), "loop_delay_ns 2000.1: nanoseconds from 0 to 2,000"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -11,6 +10,7 @@ from canwire.values.error_frame import decode_error_frame, encode_error_frame
 from canwire.values.event import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_content, format_log_line, parse_content, parse_log_line
+from tests.cases import each
 
 
 @st.composite
@@ -63,7 +63,7 @@ def test_foreign_error_frames_settle(classes: int, data: bytes) -> None:
     assert decode_error_frame(*encode_error_frame(event)) == event
 
 
-@pytest.mark.parametrize(
+@each(
     ("event", "text"),
     [  # classes and bits of linux/can/error.h, written out by hand
         (BusEvent(EventKind.ERROR, error=ErrorKind.STUFF, rec=1), "20000288#0000040000000001"),

@@ -22,6 +22,7 @@ from canwire.values.dlc import FD_LENGTHS
 from canwire.values.frame import Frame, frame_of_record, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
 from canwire.values.records import checked_records, frames_to_array
+from tests.cases import each
 from tests.uncompiled import load_uncompiled
 
 pytestmark = pytest.mark.core
@@ -59,7 +60,7 @@ def everything(frame: Frame) -> tuple[object, ...]:
 class TestRefusals:
     """Each message names the value at fault and what would be right."""
 
-    @pytest.mark.parametrize(("make", "named"), [
+    @each(("make", "named"), [
         (lambda: Frame(0x800), ["0x800", "11 bits", "extended=True"]),
         (lambda: Frame(0x1FFFFFFF), ["0x1fffffff", "11 bits", "extended=True"]),
         (lambda: Frame(0x20000000, extended=True), ["0x20000000", "29 bits"]),
@@ -109,7 +110,7 @@ class TestRefusals:
         with pytest.raises(ValueError, match="0x800"):
             Frame(0x800)
 
-    @pytest.mark.parametrize("size", [0, 1, 79, 81])
+    @each("size", [0, 1, 79, 81])
     def test_record_of_another_size(self, size: int) -> None:
         with pytest.raises(BadFrame, match=f"80 bytes, not {size}"):
             frame_of_record(bytes(size))
@@ -119,27 +120,27 @@ class TestMaking:
     def test_defaults(self) -> None:
         assert everything(Frame(0)) == (0, b"", 0, False, False, False, False, False, 0, False)
 
-    @pytest.mark.parametrize("length", range(9))
+    @each("length", range(9))
     def test_dlc_of_classic_data(self, length: int) -> None:
         assert Frame(1, bytes(length)).dlc == length
 
-    @pytest.mark.parametrize("dlc", range(16))
+    @each("dlc", range(16))
     def test_dlc_of_fd_data(self, dlc: int) -> None:
         assert Frame(1, bytes(FD_LENGTHS[dlc]), fd=True).dlc == dlc
 
-    @pytest.mark.parametrize("dlc", range(8, 16))
+    @each("dlc", range(8, 16))
     def test_codes_above_8_mean_8_classic_bytes(self, dlc: int) -> None:
         frame = Frame(1, bytes(8), dlc=dlc)
         assert (frame.dlc, len(frame.data)) == (dlc, 8)
         assert (frame == Frame(1, bytes(8))) is (dlc == 8)
 
     @pytest.mark.conforms("G-03")
-    @pytest.mark.parametrize("dlc", range(16))
+    @each("dlc", range(16))
     def test_remote_frame_keeps_its_dlc_and_has_no_data(self, dlc: int) -> None:
         frame = Frame(1, remote=True, dlc=dlc)
         assert (frame.remote, frame.dlc, frame.data) == (True, dlc, b"")
 
-    @pytest.mark.parametrize("data", [bytearray(b"\1\2"), memoryview(b"\1\2"), [1, 2], (1, 2)])
+    @each("data", [bytearray(b"\1\2"), memoryview(b"\1\2"), [1, 2], (1, 2)])
     def test_takes_other_forms_of_bytes(self, data: bytes) -> None:
         assert Frame(1, data).data == b"\1\2"
         assert type(Frame(1, data).data) is bytes
@@ -157,7 +158,7 @@ class TestMaking:
 
 
 class TestFrozen:
-    @pytest.mark.parametrize(
+    @each(
         "name",
         ["id", "data", "dlc", "extended", "remote", "fd", "bit_rate_switch", "error_state_indicator",
          "timestamp_ns", "self_received", "anything"],
@@ -186,7 +187,7 @@ class TestEquality:
     def test_equal_means_the_same_on_the_wire(self, one: Frame, other: Frame) -> None:
         assert (one == other) is (everything(one)[:-2] == everything(other)[:-2])
 
-    @pytest.mark.parametrize(
+    @each(
         "other",
         [Frame(0x124, b"\1"), Frame(0x123, b"\2"), Frame(0x123, b"\1\0"), Frame(0x123, b"\1", extended=True),
          Frame(0x123, b"\1", fd=True), Frame(0x123, remote=True, dlc=1)],
@@ -294,7 +295,7 @@ class TestArrays:
         assert checked["data"].tobytes() == frames_to_array(list(many))["data"].tobytes()
         assert (checked["info"] == frames_to_array(list(many))["info"]).all()
 
-    @pytest.mark.parametrize(("info", "id", "fd", "what"), [
+    @each(("info", "id", "fd", "what"), [
         (0, 0x800, True, "identifier"),
         (record.EXTENDED, 0x20000000, True, "identifier"),
         (0, record.NO_ID, True, "identifier"),
@@ -340,7 +341,7 @@ class TestHelp:
         assert re.search(r"Frame\([\s|]*id: 'int',[\s|]*data: ", shown)  # from Python 3.13 on each has a line
         assert '>>> Frame(0x123, b"\\x11\\x22")' in shown
 
-    @pytest.mark.parametrize(("given", "said"), [
+    @each(("given", "said"), [
         ({"arbitration_id": 1}, "Frame() has no argument 'arbitration_id': what python-can calls arbitration_id is id"),
         ({"is_extended_id": True}, "is extended here (False unless given: the reverse of python-can)"),
         ({"is_fd": True}, "is fd here"),

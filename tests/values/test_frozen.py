@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import canwire
 from canwire.errors import BadValue
 from canwire.values import frozen
+from tests.cases import each
 
 OURS = [
     canwire.BitTiming, canwire.BoardInfo, canwire.BusEvent, canwire.Capabilities, canwire.ChannelMode,
@@ -115,7 +116,7 @@ def test_classes_that_extend_one() -> None:
     assert dataclasses.asdict(Wider(1)) == {"x": 1, "y": (1, 2), "name": "here", "z": 3}
 
 
-@pytest.mark.parametrize("kind", OURS, ids=lambda kind: kind.__name__)
+@each("kind", OURS, ids=lambda kind: kind.__name__)
 def test_canwires_own_are_such(kind: Any) -> None:
     fields = dataclasses.fields(kind)
     defaults = {field.name: field.default for field in fields if field.default is not dataclasses.MISSING}

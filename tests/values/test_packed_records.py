@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from canwire import BadMessage, Frame, frames_to_array
 from canwire.values.packed_records import pack, unpack
 from canwire.values.record import RECORD_SIZE
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = [pytest.mark.core, pytest.mark.finding("machines 10")]
@@ -62,9 +63,7 @@ def test_each_end_that_is_missing_and_each_byte_too_many_is_refused() -> None:
         unpack(packed + b"\0")
 
 
-@pytest.mark.parametrize(
-    ("fd", "extended", "most"), [(False, False, 15), (False, True, 17), (True, True, 73)]
-)
+@each(("fd", "extended", "most"), [(False, False, 15), (False, True, 17), (True, True, 73)])
 def test_frames_of_a_batch_take_few_bytes(fd: bool, extended: bool, most: int) -> None:
     chance = random.Random(1)
     frames = [

@@ -14,6 +14,7 @@ from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame
 from canwire.values.screen_text import format_candump_line, parse_candump_line
 from canwire.values.text import LogLine, format_log_line, parse_frame
+from tests.cases import each
 from tests.missing import needs_program
 
 
@@ -58,7 +59,7 @@ SCREEN: list[
 
 
 @pytest.mark.conforms("PC-01")
-@pytest.mark.parametrize(("text", "content"), SCREEN)
+@each(("text", "content"), SCREEN)
 def test_screen_lines_both_ways(text: str, content: Frame | BusEvent) -> None:
     assert format_candump_line(LogLine(0, "can0", content)) == text
     assert parse_candump_line(text + "\n") == (0, "can0", content, None)
@@ -91,7 +92,7 @@ def test_screen_lines_come_back(frame: Frame, indent: bool, ascii: bool, raw_dlc
     assert (found.content.id, found.content.data) == (frame.id, frame.data)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "",

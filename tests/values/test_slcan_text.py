@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from canwire import Frame, SlcanReader, format_slcan_frame, parse_slcan_frame
 from canwire.values.slcan_text import LONGEST_LINE
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -46,7 +47,7 @@ frames = st.builds(
 
 
 @pytest.mark.conforms("CT-06", "CT-07", "CT-09")
-@pytest.mark.parametrize(("line", "frame"), LINES)
+@each(("line", "frame"), LINES)
 def test_lines_of_the_document(line: bytes, frame: Frame) -> None:
     for fd in (False, True):
         assert parse_slcan_frame(line, fd=fd) == frame
@@ -54,7 +55,7 @@ def test_lines_of_the_document(line: bytes, frame: Frame) -> None:
     assert format_slcan_frame(frame) == line + b"\r"
 
 
-@pytest.mark.parametrize(("line", "frame"), FD_LINES)
+@each(("line", "frame"), FD_LINES)
 def test_canables_letters(line: bytes, frame: Frame) -> None:
     assert parse_slcan_frame(line, fd=True) == frame
     assert parse_slcan_frame(line) is None
@@ -62,7 +63,7 @@ def test_canables_letters(line: bytes, frame: Frame) -> None:
 
 
 @pytest.mark.conforms("CT-06", "CT-07")
-@pytest.mark.parametrize(
+@each(
     "line",
     [
         b"", b"t", b"t1", b"t100", b"t8000", b"tFFF0", b"t1009" + b"00" * 9, b"t100211", b"t1002113344", b"t10021G",

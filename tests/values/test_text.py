@@ -21,6 +21,7 @@ from canwire.values.text import (
     parse_frame,
     parse_log_line,
 )
+from tests.cases import each
 
 EXAMPLES = [  # linux-can/can-utils lib.h, and this project's own
     ("123#", Frame(0x123)),
@@ -104,18 +105,18 @@ def frames(draw: st.DrawFn) -> Frame:
     )
 
 
-@pytest.mark.parametrize(("text", "frame"), EXAMPLES)
+@each(("text", "frame"), EXAMPLES)
 def test_examples_both_ways(text: str, frame: Frame) -> None:
     assert parse_frame(text) == frame
     assert format_frame(frame) == text
 
 
-@pytest.mark.parametrize(("text", "frame"), READ_ONLY)
+@each(("text", "frame"), READ_ONLY)
 def test_other_spellings_are_read(text: str, frame: Frame) -> None:
     assert parse_frame(text) == frame
 
 
-@pytest.mark.parametrize(("text", "why"), BAD)
+@each(("text", "why"), BAD)
 def test_bad_text_says_what_is_wrong(text: str, why: str) -> None:
     with pytest.raises(BadText, match=why) as caught:
         parse_frame(text)
@@ -149,7 +150,7 @@ def test_log_lines_come_back(frame: Frame, micros: int, direction: str | None, i
     assert format_log_line(found) == text
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "(1436509052.249713) vcan0 044#2A366C2BBA",
@@ -163,7 +164,7 @@ def test_log_lines_keep_every_byte(text: str) -> None:
     assert format_log_line(parse_log_line(text)) == text
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "time_ns"),
     [
         ("(166.000001) can0 123#", 166_000_001_000),
@@ -180,7 +181,7 @@ def test_output_cuts_times_to_microseconds() -> None:
     assert format_log_line(LogLine(1_999, "can0", Frame(1))) == "(0000000000.000001) can0 001#"
 
 
-@pytest.mark.parametrize(
+@each(
     "line",
     [
         "",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from canwire import vci
+from tests.cases import each
 
 VENDOR = [
     "PCI04PCI",
@@ -45,6 +46,6 @@ def test_the_vendors_names() -> None:
 
 
 @pytest.mark.finding("vci F2")
-@pytest.mark.parametrize("name", FIRST)
+@each("name", FIRST)
 def test_names_that_canwire_had_first_go_on_working(name: str) -> None:
     assert getattr(vci, f"GUID_{name}_DEVICE") == getattr(vci, f"GUID_{FIRST[name]}_DEVICE")

@@ -12,6 +12,7 @@ from canwire.vci.structures.devices import VciId
 from canwire.vci.structures.errors import VciBufferOverflow, VciFail, VciInvalidArgument
 from canwire.vci.structures.guids import IID_ICanChannel2
 from canwire.vci.text import char_to_guid, char_to_luid, guid_to_char, luid_to_char
+from tests.cases import each
 
 CHANNEL = "{F2528F90-3A10-46D0-8F82-0871C1E7DBB9}"
 
@@ -55,7 +56,7 @@ def test_short_buffers_are_refused() -> None:
 
 
 @pytest.mark.conforms("X4-03")
-@pytest.mark.parametrize(
+@each(
     "text", ["", "0", "0" * 15, "0" * 17, "000000000000000G", "0x00000000000000", " 000000000000000", "0" * 16 + "\n",
              "+000000000000001", "0_00000000000001", "０" * 16]
 )  # fmt: skip
@@ -65,7 +66,7 @@ def test_malformed_luids_are_refused(text: str) -> None:
 
 
 @pytest.mark.conforms("X4-03")
-@pytest.mark.parametrize(
+@each(
     "text", ["", CHANNEL[1:-1], CHANNEL[:-1], CHANNEL[1:], CHANNEL.replace("-", ""), CHANNEL.replace("F", "G"),
              CHANNEL + " ", f"({CHANNEL[1:-1]})", CHANNEL.replace("2528F90-", "2528-F90"), CHANNEL + "\n"]
 )  # fmt: skip
@@ -88,7 +89,7 @@ def test_a_nul_ends_the_text_as_in_c() -> None:
 
 
 @pytest.mark.conforms("X4-03")
-@pytest.mark.parametrize("wrong", [None, 1, b"0000000000000001", 1.5])
+@each("wrong", [None, 1, b"0000000000000001", 1.5])
 def test_wrong_types_are_invalid_arguments(wrong: object) -> None:
     for call in (char_to_luid, char_to_guid, luid_to_char, guid_to_char):
         with pytest.raises(VciInvalidArgument):

@@ -9,6 +9,7 @@ import pytest
 import canwire
 from canwire import errors, vci
 from canwire.vci.translation import CODES, as_vci_error, meaning, translated
+from tests.cases import each
 
 EVERY = [
     kind
@@ -25,19 +26,19 @@ def made(kind: type[errors.CanwireError]) -> errors.CanwireError:
 
 
 @pytest.mark.conforms("X4-01")
-@pytest.mark.parametrize("kind", EVERY)
+@each("kind", EVERY)
 def test_every_error_has_a_code_of_its_own_family(kind: type[errors.CanwireError]) -> None:
     nearest = next(ancestor for ancestor in kind.__mro__ if ancestor in CODES)
     assert nearest is not errors.CanwireError
 
 
-@pytest.mark.parametrize("kind", [kind for kind in EVERY if hasattr(canwire, kind.__name__)])
+@each("kind", [kind for kind in EVERY if hasattr(canwire, kind.__name__)])
 def test_every_public_error_stands_in_the_table(kind: type[errors.CanwireError]) -> None:
     assert kind in CODES
 
 
 @pytest.mark.conforms("X4-01")
-@pytest.mark.parametrize(
+@each(
     ("kind", "code"),
     [
         (canwire.InUse, "ACCESSDENIED"),

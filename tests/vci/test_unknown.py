@@ -10,6 +10,7 @@ import pytest
 import canwire
 from canwire import vci
 from canwire.vci.unknown import Unknown, vci_call
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("X4-04")
 
@@ -57,7 +58,7 @@ def test_references_are_counted() -> None:
     assert thing.closed == 1
 
 
-@pytest.mark.parametrize("use", ["work", "add_ref", "release"])
+@each("use", ["work", "add_ref", "release"])
 def test_at_zero_it_is_gone(use: str) -> None:
     thing = Thing()
     thing.release()

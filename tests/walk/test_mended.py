@@ -16,12 +16,13 @@ from canwire.bus.can.stimulus import Stimulus
 from canwire.bus.load import BusLoad
 from canwire.chips.confinement import Confinement
 from canwire.hub.protocol.turn_page import TurnPage
+from tests.cases import each
 
 pytestmark = [pytest.mark.core, pytest.mark.finding("faults-2 11")]
 compiled_only = pytest.mark.skipif(canwire.core_mode() == "uncompiled", reason="an AttributeError there")
 
 
-@pytest.mark.parametrize("rule", [-1, 9, 1000])
+@each("rule", [-1, 9, 1000])
 def test_a_rule_that_there_is_not_is_refused(rule: int) -> None:
     counters = Confinement()
     with pytest.raises(ValueError, match=f"rule {rule}: there are 0 to 8"):

@@ -15,6 +15,7 @@ import pytest
 import canwire
 from canwire import Frame
 from canwire.web.views import VIEWS
+from tests.cases import each
 from tests.hubs import LONG_S
 from tests.others.packages import AXE
 from tests.web.conftest import served_site, tab
@@ -65,7 +66,7 @@ def faults(page: Page, axe: str) -> object:
 
 
 @pytest.mark.finding("page 16")
-@pytest.mark.parametrize("name", [view.name for view in VIEWS])
+@each("name", [view.name for view in VIEWS])
 def test_views_have_none_in_light_and_dark(browser: Browser, described: Site, axe: str, name: str) -> None:
     with tab(browser, described.address) as page:
         row = {"line": "HW000001:0", "message": "Engine", "signal.Speed": "5", "cycle": "20"}

@@ -14,6 +14,7 @@ import pytest
 import canwire
 from canwire.web.boards.leds import Leds, leds_of
 from canwire.web.lines import Line, lateness_of, look
+from tests.cases import each
 from tests.hubs import LONG_S, served_here
 from tests.web.conftest import counts, served_site, somebody
 from tests.web.trace.watching import watching
@@ -69,7 +70,7 @@ def test_a_line_is_started_at_a_rate_and_stopped(client: httpx.Client, hub: canw
     assert not place.status(hub).running
 
 
-@pytest.mark.parametrize("rate", ["", "fast", "0", "-5", "1000001", "1e5", "99999999999999", "7"])
+@each("rate", ["", "fast", "0", "-5", "1000001", "1e5", "99999999999999", "7"])
 def test_a_wrong_rate_is_told_at_its_field_and_nothing_is_done(asker: httpx.Client, rate: str) -> None:
     before = asker.get("/boards/tree").text
     answer = asker.post("/boards/up", data={"line": "HW000001:0", "rate": rate})

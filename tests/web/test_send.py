@@ -12,6 +12,7 @@ import canwire
 from canwire import BadValue, ChannelMode, Frame, InUse, QueueFull, WantedMode
 from canwire.web.send.row import Content, Row, Sent
 from canwire.web.send.transmit_list import MOST_ROWS, TransmitList
+from tests.cases import each
 from tests.hubs import LONG_S
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ def test_the_list_has_an_end(bench: Bench) -> None:
 GOOD = {"line": "HW000001:0", "format": "classic", "id": "123", "data": "11 22", "cycle": "", "key": ""}
 
 
-@pytest.mark.parametrize(
+@each(
     ("field", "value"),
     [
         ("id", "800"),

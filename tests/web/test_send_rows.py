@@ -14,6 +14,7 @@ from canwire import BadValue, Frame, LinFrame, LinMode, LinMonitorMode
 from canwire.web.database import Database
 from canwire.web.send import changing, steps
 from canwire.web.send.row import Content, Row
+from tests.cases import each
 from tests.hubs import LONG_S
 from tests.web.conftest import holds, served_site, somebody
 from tests.web.test_send import GOOD, Bench, receiving
@@ -41,7 +42,7 @@ def until(client: httpx.Client, enough: Callable[[str], bool]) -> str:
     return listed
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "values"),
     [
         ("byte 0 0..3", [0, 1, 2, 3, 0]),
@@ -57,7 +58,7 @@ def test_a_change_counts_or_climbs(text: str, values: list[float]) -> None:
     assert changing.parsed(str(change)) == (change,)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     ["byte 0", "byte 0 3..1", "byte 0 0..256", "byte 0 0..1/0", "Speed 0..5..1", "0..5", "Speed 0..9e9"],
 )
@@ -106,7 +107,7 @@ def test_send_plays_a_sequence_once() -> None:
     assert not bench.list.rows[0].running
 
 
-@pytest.mark.parametrize(
+@each(
     ("fields", "fault"),
     [
         ({"changes": "byte 2 0..3"}, "changes"),
@@ -264,7 +265,7 @@ def test_the_control_of_a_lin_line_is_given_back(client: httpx.Client, hub: canw
         control.initialise(LinMode(True, 9600))
 
 
-@pytest.mark.parametrize(
+@each(
     ("path", "fields", "faults"),
     [
         ("lin-up", {"line": "HW1:7", "rate": "5", "role": "king"}, {"rate", "role"}),

@@ -14,6 +14,7 @@ from canwire import BadValue, WantedMode
 from canwire.web.lines import Line, can_lines
 from canwire.web.statistics.faults import Faults
 from canwire.web.statistics.sampler import KEPT, Sampler
+from tests.cases import each
 from tests.web.conftest import EMPTY, at, counts, served_site, somebody, tab
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def test_only_ten_minutes_are_kept_and_only_new_samples_are_given(sampler: Sampl
     assert sampler.samples(line.place.address, kept[-2].number) == kept[-1:]
 
 
-@pytest.mark.parametrize("after", ["-1", "x", "", "9" * 13])
+@each("after", ["-1", "x", "", "9" * 13])
 def test_samples_after_nonsense_are_refused(asker: httpx.Client, after: str) -> None:
     assert asker.get("/statistics/samples", params={"after": after}).status_code == 422
 
@@ -101,9 +102,7 @@ def test_a_short_is_put_on_the_bus_and_taken_back(client: httpx.Client, hub: can
         assert client.post("/statistics/cancel", data={"number": "1"}).status_code == 409
 
 
-@pytest.mark.parametrize(
-    ("bus", "kind", "status"), [("can9", "short", 409), ("can0", "rain", 422), ("", "short", 422)]
-)
+@each(("bus", "kind", "status"), [("can9", "short", 409), ("can0", "rain", 422), ("", "short", 422)])
 def test_a_fault_that_cannot_be_is_refused(asker: httpx.Client, bus: str, kind: str, status: int) -> None:
     assert asker.post("/statistics/fault", data={"bus": bus, "kind": kind}).status_code == status
 
@@ -136,7 +135,7 @@ def test_every_fault_of_the_menu_is_on_the_bus_until_it_is_taken_back(
     assert [one for one in hub.bus("can0").faults.list() if not one.over] == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("fields", "field"),
     [
         ({"kind": "flip", "bit": "x", "times": "1"}, "bit"),

@@ -11,6 +11,7 @@ import pytest
 
 from canwire import BadFrame, CanwireError, InUse, NoChannel
 from canwire.web.words import HERE, LANGUAGES, Trouble, folders, preferred, read, words_in
+from tests.cases import each
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -25,7 +26,7 @@ def names_in(text: str) -> set[str]:
     return {name for _, name, _, _ in string.Formatter().parse(text) if name}
 
 
-@pytest.mark.parametrize("folder", folders(), ids=lambda folder: folder.name)
+@each("folder", folders(), ids=lambda folder: folder.name)
 def test_both_languages_say_the_same_things(folder: Path) -> None:
     english, german = read(folder, "en"), read(folder, "de")
     assert sorted(english) == sorted(german)
@@ -33,9 +34,7 @@ def test_both_languages_say_the_same_things(folder: Path) -> None:
     assert differing == []
 
 
-@pytest.mark.parametrize(
-    "path", [*TEMPLATES, *SCRIPTS, *SOURCES], ids=lambda path: str(path.relative_to(HERE))
-)
+@each("path", [*TEMPLATES, *SCRIPTS, *SOURCES], ids=lambda path: str(path.relative_to(HERE)))
 def test_every_word_that_is_used_is_there(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     used = set(re.findall(r"""\b(?:t|word)\(\s*"([a-z]+\.[a-z0-9-]+)"\s*[,)]""", text))
@@ -45,7 +44,7 @@ def test_every_word_that_is_used_is_there(path: Path) -> None:
         assert any(key.startswith(start) for key in texts), start
 
 
-@pytest.mark.parametrize(
+@each(
     ("chosen", "accepted", "language"),
     [
         (None, "", "en"),
@@ -73,7 +72,7 @@ def test_every_language_has_its_file_in_every_folder() -> None:
     assert missing == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("error", "english", "german"),
     [
         (InUse("HW1:0: held by x"), "HW1:0: held by x", "Das hat schon jemand anderes (HW1:0: held by x)"),

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import canwire
+from tests.cases import each
 from tests.hubs import LONG_S
 
 ROOT = Path(__file__).parents[3]
@@ -61,7 +62,7 @@ def test_what_a_receive_that_timed_out_gave_cannot_be_sent_on() -> None:
 
 
 @pytest.mark.finding("faults 8")
-@pytest.mark.parametrize("records", [[1, 2], np.zeros(3), np.zeros((2, 2), canwire.record_dtype())])
+@each("records", [[1, 2], np.zeros(3), np.zeros((2, 2), canwire.record_dtype())])
 def test_only_rows_of_records_are_sent(records: object) -> None:
     with canwire.Lab() as lab:
         node = lab.can_bus("can0").node("engine")

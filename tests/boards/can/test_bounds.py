@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire.boards.can.bounds import bounds
 from canwire.boards.can.message_filter import FormatFilter
 from canwire.boards.can.modes import FilterMode
+from tests.cases import each
 
 WIDTH = 12  # of an 11-bit identifier and the remote bit behind it
 FULL = (1 << WIDTH) - 1
@@ -24,7 +24,7 @@ def inclusive(code: int, mask: int, *listed: int) -> FormatFilter:
     return made
 
 
-@pytest.mark.parametrize(
+@each(
     ("found", "pattern"),
     [
         (FormatFilter(FilterMode.LOCK, 16, WIDTH), None),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import canwire
 from canwire import Acceptance, Frame
 from canwire.values.acceptance import frame_key, list_key
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -80,9 +81,7 @@ def test_identifier_lists(many: list[Frame], short: list[int], long: list[int]) 
     assert got == listed
 
 
-@pytest.mark.parametrize(
-    ("filters", "passes"), [(None, True), (Acceptance.everything(), True), (Acceptance.nothing(), False)]
-)
+@each(("filters", "passes"), [(None, True), (Acceptance.everything(), True), (Acceptance.nothing(), False)])
 def test_all_or_nothing(filters: Acceptance | None, passes: bool) -> None:
     many = [Frame(1), Frame(1, extended=True), Frame(2, remote=True, dlc=3), Frame(3, bytes(64), fd=True)]
     assert arriving(many, filters)[0] == (many if passes else [])

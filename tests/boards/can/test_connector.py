@@ -39,6 +39,7 @@ from canwire.timeline import NEVER, Timeline
 from canwire.values.event import InfoCode
 from canwire.values.frame import frame_of_record
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
+from tests.cases import each
 
 NOMINAL = BitTiming.for_bit_rate(1_000_000, clock_hz=80_000_000)
 DATA = BitTiming.for_bit_rate(5_000_000, clock_hz=80_000_000)
@@ -225,7 +226,7 @@ def test_a_mode_that_is_refused_changes_nothing(mode: LineMode) -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize(
+@each(
     ("feature", "mode"),
     [
         (Feature.LISTEN_ONLY, replace(CLASSIC, listen_only=True)),
@@ -277,7 +278,7 @@ def test_neither_format_is_no_mode() -> None:
 
 
 @pytest.mark.conforms("X4-17")
-@pytest.mark.parametrize(
+@each(
     ("mode", "fd", "long_data", "fast_data"),
     [
         (CLASSIC, 0, False, False),
@@ -485,7 +486,7 @@ def test_the_counter_keeps_no_timeline_busy() -> None:
 
 
 @pytest.mark.conforms("X3-13")
-@pytest.mark.parametrize("after_us", [5, 30, 100, 140])
+@each("after_us", [5, 30, 100, 140])
 def test_stopping_waits_for_the_frame_on_the_wire(after_us: int) -> None:
     bench = Bench()
     bench.start()
@@ -543,7 +544,7 @@ def test_stopping_while_others_send() -> None:
     assert channel.pending() == 1
 
 
-@pytest.mark.parametrize("trouble", ["alone", "shorted", "noise"])
+@each("trouble", ["alone", "shorted", "noise"])
 def test_stopping_ends_on_a_bus_where_nothing_gets_through(trouble: str) -> None:
     bench = Bench()
     bench.start()
@@ -732,8 +733,8 @@ class Traffic:
 
 
 @pytest.mark.conforms("X3-12", "X4-22", "X3-11")
-@pytest.mark.parametrize("gap_bits", [0, 400])
-@pytest.mark.parametrize("rate", RATES)
+@each("gap_bits", [0, 400])
+@each("rate", RATES)
 def test_the_rate_of_a_running_bus_is_found_and_nobody_notices(rate: int, gap_bits: int) -> None:
     searched, left_alone = Traffic(rate, gap_bits), Traffic(rate, gap_bits)
     searched.bench.can.detect(TABLE, 1000, True, searched.bench.done)
@@ -835,7 +836,7 @@ def test_a_search_that_makes_no_sense(
 
 
 @pytest.mark.conforms("X4-23")
-@pytest.mark.parametrize("rate", [1_000_000, 125_000, 10_000])
+@each("rate", [1_000_000, 125_000, 10_000])
 def test_auto_baud_initialises_at_the_rate_of_the_bus(rate: int) -> None:
     traffic = Traffic(rate, 100)
     bench = traffic.bench

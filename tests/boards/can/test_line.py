@@ -43,6 +43,7 @@ from canwire.values.record import (
     SINGLE_SHOT,
 )
 from canwire.values.records import frames_to_array
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -140,7 +141,7 @@ def infos(channel: Channel) -> list[tuple[int, int]]:
 
 
 @pytest.mark.conforms("X3-23")
-@pytest.mark.parametrize("kind", [1, 2, 3, 5, 0x10, 0x11, 0xFF])
+@each("kind", [1, 2, 3, 5, 0x10, 0x11, 0xFF])
 def test_what_is_no_data_frame_is_dropped_and_counted(kind: int) -> None:
     bench = Bench()
     channel = bench.channel()
@@ -150,7 +151,7 @@ def test_what_is_no_data_frame_is_dropped_and_counted(kind: int) -> None:
     assert (channel.sent, channel.delivered, channel.refused) == (3, 2, 1)
 
 
-@pytest.mark.parametrize(
+@each(
     ("id", "info", "limits"),
     [
         pytest.param(0x800, 0, {}, id="11 bits"),
@@ -177,7 +178,7 @@ def test_what_the_line_must_not_send_is_refused(id: int, info: int, limits: dict
     assert (channel.sent, channel.refused, channel.pending(), channel.transmit.fill()) == (1, 1, 0, 0)
 
 
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR, EDL | dlc(3)])
+@each("info", [EDL, FDR, EDL | FDR, EDL | dlc(3)])
 def test_a_classic_line_sends_no_fd_frames(info: int) -> None:
     bench = Bench(fd=False)
     channel = bench.channel()
@@ -188,7 +189,7 @@ def test_a_classic_line_sends_no_fd_frames(info: int) -> None:
 
 
 @pytest.mark.conforms("X4-17")
-@pytest.mark.parametrize(
+@each(
     ("long_data", "fast_data", "passing"),
     [
         (True, True, ["plain", "switched", "long", "long and switched"]),
@@ -197,7 +198,7 @@ def test_a_classic_line_sends_no_fd_frames(info: int) -> None:
         (False, False, ["plain"]),
     ],
 )
-@pytest.mark.parametrize("trusted", [False, True])
+@each("trusted", [False, True])
 def test_long_data_and_the_switch_are_allowed_apart(
     long_data: bool, fast_data: bool, passing: list[str], trusted: bool
 ) -> None:
@@ -239,7 +240,7 @@ def test_a_line_may_be_for_one_format_only(extended: bool) -> None:
     assert bench.heard() == [Frame(1, extended=not extended)]
 
 
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR])
+@each("info", [EDL, FDR, EDL | FDR])
 def test_a_channel_without_fd_sends_and_receives_none(info: int) -> None:
     bench = Bench()
     channel = bench.channel(siblings=int(Siblings.EVERY))
@@ -256,7 +257,7 @@ def test_a_channel_without_fd_sends_and_receives_none(info: int) -> None:
 
 
 @pytest.mark.conforms("X4-16")
-@pytest.mark.parametrize("info", [EDL, FDR, EDL | FDR])
+@each("info", [EDL, FDR, EDL | FDR])
 def test_remote_is_ignored_where_fd_is_asked_for(info: int) -> None:
     bench = Bench()
     channel = bench.channel()
@@ -530,7 +531,7 @@ def test_held_in_the_middle_only_the_frame_in_the_controller_goes_out() -> None:
 
 
 @pytest.mark.conforms("X3-25", "X4-28")
-@pytest.mark.parametrize("ticks", [1, 7, 100])
+@each("ticks", [1, 7, 100])
 def test_a_delay_counts_ticks_from_the_end_of_the_frame_before(ticks: int) -> None:
     bench = Bench()
     channel = bench.channel()
@@ -591,8 +592,8 @@ def test_a_delay_after_a_frame_that_is_given_up_ends_too() -> None:
 
 
 @pytest.mark.conforms("X3-18")
-@pytest.mark.parametrize("count", [2, 3, 7])
-@pytest.mark.parametrize("trusted", [0, 1])
+@each("count", [2, 3, 7])
+@each("trusted", [0, 1])
 def test_at_saturation_everybody_gets_the_same(count: int, trusted: int) -> None:
     bench = Bench()
     each = 40
@@ -720,10 +721,10 @@ GETS: dict[Siblings, dict[tuple[str, bool, bool], int]] = {
 
 
 @pytest.mark.conforms("X4-26", "X4-27", "X3-24")
-@pytest.mark.parametrize("kind", list(Siblings))
-@pytest.mark.parametrize("passes", [True, False])
-@pytest.mark.parametrize("asked", [True, False])
-@pytest.mark.parametrize("who", ["own", "sibling"])
+@each("kind", list(Siblings))
+@each("passes", [True, False])
+@each("asked", [True, False])
+@each("who", ["own", "sibling"])
 def test_who_gets_a_line_s_own_frames_back(kind: Siblings, passes: bool, asked: bool, who: str) -> None:
     bench = Bench()
     tried, sibling = bench.channel(siblings=int(kind)), bench.channel()
@@ -784,7 +785,7 @@ def one_filter(mode: FilterMode) -> MessageFilter:
 
 
 @pytest.mark.conforms("X4-33", "X4-34")
-@pytest.mark.parametrize(
+@each(
     ("line", "channel", "codes"),
     [
         (None, None, {0x100: 0, 0x101: 0, 0x102: 0}),
@@ -801,7 +802,7 @@ def one_filter(mode: FilterMode) -> MessageFilter:
         (FilterMode.PASS, FilterMode.PASS, {0x100: ALWAYS, 0x101: ALWAYS, 0x102: ALWAYS}),
     ],
 )
-@pytest.mark.parametrize("alone", [True, False])
+@each("alone", [True, False])
 def test_the_line_s_filter_then_the_channel_s(
     line: FilterMode | None, channel: FilterMode | None, codes: dict[int, int], alone: bool
 ) -> None:

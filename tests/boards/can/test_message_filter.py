@@ -21,6 +21,7 @@ from canwire.boards.can.message_filter import (
     message_filter,
 )
 from canwire.boards.can.modes import FilterMode
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -51,10 +52,8 @@ def both(mode: int, size: int = 2048) -> MessageFilter:
 
 
 @pytest.mark.conforms("X4-34", "X4-33")
-@pytest.mark.parametrize("extended", [False, True])
-@pytest.mark.parametrize(
-    ("mode", "code"), [(LOCK, REJECTED), (PASS, ALWAYS), (INCL, BY_PATTERN), (EXCL, NOT_EXCLUDED)]
-)
+@each("extended", [False, True])
+@each(("mode", "code"), [(LOCK, REJECTED), (PASS, ALWAYS), (INCL, BY_PATTERN), (EXCL, NOT_EXCLUDED)])
 def test_just_made_everything_passes_but_for_lock(mode: FilterMode, code: int, extended: bool) -> None:
     """X3-28: after an initialisation everything passes."""
     expected = {} if code == REJECTED else dict.fromkeys(range(4096), code)
@@ -106,7 +105,7 @@ def test_twenty_nine_bits_and_the_remote_bit_are_compared() -> None:
     assert filter.judge(head(0x1FFFFFFE, extended=True)) == REJECTED
 
 
-@pytest.mark.parametrize("more", [0xF << 16, 1 << 10 | 1 << 11, 1 << 21, 1 << 8, 1 << 9, 0xFF << 24])
+@each("more", [0xF << 16, 1 << 10 | 1 << 11, 1 << 21, 1 << 8, 1 << 9, 0xFF << 24])
 def test_nothing_but_the_identifier_and_the_remote_bit_counts(more: int) -> None:
     filter = both(INCL)
     filter.standard.set_pattern(0x123 << 1, 0xFFF)
@@ -154,7 +153,7 @@ def test_changing_the_mode_keeps_pattern_and_list() -> None:
         assert (filter.judge(head(0x20)), filter.judge(head(0x21))) == expected
 
 
-@pytest.mark.parametrize("bit", [12, 20, 29, 30])
+@each("bit", [12, 20, 29, 30])
 def test_bits_above_the_identifier_do_not_count(bit: int) -> None:
     filter = both(INCL)
     filter.standard.set_pattern(0x40 | 1 << bit, 0xFFF | 1 << bit)
@@ -196,7 +195,7 @@ def test_the_list_of_29_bits_holds_2048_identifiers_twice() -> None:
 
 
 @pytest.mark.conforms("X3-27")
-@pytest.mark.parametrize("mask", [0, 1, 0x3FFF0000, 0x3FFFE000])
+@each("mask", [0, 1, 0x3FFF0000, 0x3FFFE000])
 def test_more_than_fits_changes_nothing(mask: int) -> None:
     """Neither does it count to 2**30 before it says so."""
     filter = both(INCL)
@@ -227,7 +226,7 @@ def test_without_a_list_nothing_can_be_registered(extended: bool) -> None:
 # mistakes
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "mask", "name"), [(-1, 0, "code"), (0, -1, "mask"), (1 << 32, 0, "code"), (0, 1 << 32, "mask")]
 )
 def test_numbers_that_are_no_32_bits(code: int, mask: int, name: str) -> None:
@@ -239,14 +238,14 @@ def test_numbers_that_are_no_32_bits(code: int, mask: int, name: str) -> None:
     assert filter.standard.listed == set()
 
 
-@pytest.mark.parametrize("mode", [FilterMode.VOID, 5, -1, 0x80])
+@each("mode", [FilterMode.VOID, 5, -1, 0x80])
 def test_no_such_mode(mode: int) -> None:
     for modes in ((mode, PASS), (PASS, mode)):
         with pytest.raises(BadFilter, match="filter mode"):
             message_filter(modes[0], 2048, modes[1], 2048)
 
 
-@pytest.mark.parametrize("size", [-1, LARGEST_LIST + 1, 1 << 40])
+@each("size", [-1, LARGEST_LIST + 1, 1 << 40])
 def test_no_such_list(size: int) -> None:
     for sizes in ((size, 0), (0, size)):
         with pytest.raises(BadFilter, match="list of"):

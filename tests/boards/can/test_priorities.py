@@ -18,6 +18,7 @@ from canwire.ring import Ring, ring_size, rounded_capacity
 from canwire.timeline import Timeline
 from canwire.values.frame import record_to_send
 from canwire.values.record import ABORT_ON_ERROR, LOOP_BACK, SELF_RECEPTION
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -131,7 +132,7 @@ def test_cancelled_frames_are_counted(bench: Bench) -> None:
 
 
 @pytest.mark.conforms("AC-33")
-@pytest.mark.parametrize("kind", MAKERS)
+@each("kind", MAKERS)
 def test_a_lone_sender_gives_up_at_the_first_error(kind: str) -> None:
     bench = Bench(kind, alone=True)
     channel = bench.channel(events=(EventKind.ERROR,))
@@ -143,7 +144,7 @@ def test_a_lone_sender_gives_up_at_the_first_error(kind: str) -> None:
     assert channel.receive.fill() == 1
 
 
-@pytest.mark.parametrize("kind", MAKERS)
+@each("kind", MAKERS)
 def test_a_lost_arbitration_is_no_error(kind: str) -> None:
     bench = Bench(kind)
     channel, rival = bench.channel(), ideal_line("rival", bench.timeline)

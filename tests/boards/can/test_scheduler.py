@@ -21,6 +21,7 @@ from canwire.bus.can.bus import CanBus
 from canwire.drivers.driver import LineSettings
 from canwire.timeline import NEVER, Timeline
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -177,7 +178,7 @@ def test_the_load_rule_counts_every_object_of_the_list_exactly() -> None:
 
 
 @pytest.mark.conforms("X3-30")
-@pytest.mark.parametrize("cycle", [0, -1, 25, 2.0, "2"])
+@each("cycle", [0, -1, 25, 2.0, "2"])
 def test_a_cycle_has_1_to_max_ticks(cycle: int) -> None:
     bench = Bench()
     with pytest.raises(BadValue, match=r"cycle .*from 1 to 24 ticks"):
@@ -476,7 +477,7 @@ def test_the_largest_count() -> None:
 
 
 @pytest.mark.conforms("X4-41")
-@pytest.mark.parametrize("count", [-1, 65_536, 1.5])
+@each("count", [-1, 65_536, 1.5])
 def test_counts_that_cannot_be(count: int) -> None:
     bench = Bench()
     (index,) = bench.started(2)
@@ -500,7 +501,7 @@ def sent(frame: Frame, increment: Increment, *, byte_index: int = 0, times: int 
 
 
 @pytest.mark.conforms("X3-31")
-@pytest.mark.parametrize(
+@each(
     ("ids", "data", "kind"),
     [
         ([0x7FE, 0x7FF, 0], b"\1", {}),
@@ -517,7 +518,7 @@ def test_identifiers_wrap(ids: list[int], data: bytes, kind: dict[str, Any]) -> 
 
 
 @pytest.mark.conforms("X3-31")
-@pytest.mark.parametrize(
+@each(
     ("increment", "byte_index", "data"),
     [
         (Increment.NONE, 0, ["01fe00", "01fe00", "01fe00"]),
@@ -557,8 +558,8 @@ def test_fd_frames_of_64_bytes_with_a_number_at_the_end() -> None:
 
 
 @pytest.mark.conforms("X4-42")
-@pytest.mark.parametrize("frame", [Frame(1, bytes(1)), Frame(1, bytes(8)), Frame(1, bytes(64), fd=True)])
-@pytest.mark.parametrize("increment", [Increment.BYTE, Increment.WORD])
+@each("frame", [Frame(1, bytes(1)), Frame(1, bytes(8)), Frame(1, bytes(64), fd=True)])
+@each("increment", [Increment.BYTE, Increment.WORD])
 def test_limits_of_the_index(frame: Frame, increment: Increment) -> None:
     bench = Bench()
     last = len(frame.data) - (1 if increment is Increment.BYTE else 2)
@@ -571,8 +572,8 @@ def test_limits_of_the_index(frame: Frame, increment: Increment) -> None:
 
 
 @pytest.mark.conforms("X4-42")
-@pytest.mark.parametrize("frame", [Frame(1), Frame(1, remote=True, dlc=8), Frame(1, fd=True)])
-@pytest.mark.parametrize("increment", [Increment.BYTE, Increment.WORD])
+@each("frame", [Frame(1), Frame(1, remote=True, dlc=8), Frame(1, fd=True)])
+@each("increment", [Increment.BYTE, Increment.WORD])
 def test_no_number_without_data(frame: Frame, increment: Increment) -> None:
     with pytest.raises(BadValue, match="0 bytes of data"):
         Bench().list.add(frame, 2, increment=increment)
@@ -591,7 +592,7 @@ def test_sixteen_objects() -> None:
     assert [bench.list.add(Frame(1), 16) for _ in range(2)] == [3, 5]
 
 
-@pytest.mark.parametrize("index", [-1, 1, 16])
+@each("index", [-1, 1, 16])
 def test_an_index_with_nothing_there(index: int) -> None:
     bench = Bench()
     bench.list.add(Frame(1), 2)
@@ -600,7 +601,7 @@ def test_an_index_with_nothing_there(index: int) -> None:
             call(index)
 
 
-@pytest.mark.parametrize(("tick_ns", "max_ticks"), [(0, 24), (-1, 24), (1000, 0), (1 << 60, 24)])
+@each(("tick_ns", "max_ticks"), [(0, 24), (-1, 24), (1000, 0), (1 << 60, 24)])
 def test_ticks_that_cannot_be(tick_ns: int, max_ticks: int) -> None:
     bench = Bench()
     with pytest.raises(BadValue, match="ticks of"):

@@ -16,6 +16,7 @@ from canwire.boards.config.tables import BoardConfig, BusConfig, Option, options
 from canwire.boards.isa import IsaPlace
 from canwire.boards.kinds import KINDS, USUAL_BOARDS
 from canwire.errors import BadConfig
+from tests.cases import each
 from tests.effort import examples
 
 WHOLE = """
@@ -130,7 +131,7 @@ def test_the_default_world_could_stand_in_a_file() -> None:
     assert Config.parse(bus + "".join(boards)) == config
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         (BUS + "[[board]]\n", "board[0].kind: missing"),
@@ -244,7 +245,7 @@ def test_what_a_file_is_told(text: str, message: str) -> None:
     assert complaint(text) == message
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "why"),
     [
         ("[[bus]\n", "(at line 1, column 6)"),

@@ -15,6 +15,7 @@ from canwire.bus.can.station import Station
 from canwire.bus.can.tally import Tally
 from canwire.values.frame import record_of_frame
 from tests.bus.can.test_two_ways import start_with_counters
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -55,8 +56,8 @@ def offered(frame: Frame) -> Mailbox:
 # joining
 
 
-@pytest.mark.parametrize(("octet", "rate"), [(0xAA, 1), (0xCC, 2), (0x55, 1), (0xF0, 4)])
-@pytest.mark.parametrize("late_us", [50, 100, 150, 250])
+@each(("octet", "rate"), [(0xAA, 1), (0xCC, 2), (0x55, 1), (0xF0, 4)])
+@each("late_us", [50, 100, 150, 250])
 @pytest.mark.finding("wire 1")
 def test_a_node_that_starts_in_a_data_phase_waits_for_its_end(octet: int, rate: int, late_us: int) -> None:
     with Lab() as lab:
@@ -97,15 +98,15 @@ def test_a_short_during_recovery_keeps_the_groups_counted(lab: Lab, can_bus: Lab
 # intermission
 
 
-@pytest.mark.parametrize("quarter", range(4 * 61, 4 * 66))
+@each("quarter", range(4 * 61, 4 * 66))
 @pytest.mark.finding("wire 3")
 def test_a_short_around_the_intermission_does_the_same_with_and_without_a_trace(quarter: int) -> None:
     outcomes = [shorted_at(quarter * BIT_NS // 4, bitwise) for bitwise in (False, True)]
     assert outcomes[0] == outcomes[1]
 
 
-@pytest.mark.parametrize("bit", [62, 63])
-@pytest.mark.parametrize("bitwise", [False, True])
+@each("bit", [62, 63])
+@each("bitwise", [False, True])
 @pytest.mark.finding("wire 3")
 def test_a_short_in_the_intermission_makes_an_overload_frame(bit: int, bitwise: bool) -> None:
     times, errors = shorted_at(bit * BIT_NS, bitwise)
@@ -178,9 +179,9 @@ def in_third_bit(node: Node) -> Clock:
 # flags
 
 
-@pytest.mark.parametrize("transmitting", [False, True])
-@pytest.mark.parametrize("overload", [False, True])
-@pytest.mark.parametrize("disturbed", range(1, 7))
+@each("transmitting", [False, True])
+@each("overload", [False, True])
+@each("disturbed", range(1, 7))
 @pytest.mark.finding("wire 6")
 def test_a_bit_error_in_a_flag_begins_another(transmitting: bool, overload: bool, disturbed: int) -> None:
     node = Recorder()

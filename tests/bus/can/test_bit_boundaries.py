@@ -15,6 +15,7 @@ from tests.bus.can.reference.node import Order
 from tests.bus.can.reference.players import Outcome, on_the_bench
 from tests.bus.can.reference.schedule import Member, Schedule
 from tests.bus.can.test_around_frames import Recorder, in_third_bit, offered
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -93,7 +94,7 @@ def test_no_sof_is_sent_onto_a_dominant_wire() -> None:
 # nodes out of step
 
 
-@pytest.mark.parametrize(("bit", "end_ns"), [(60, 220_000), (75, 227_000), (90, 233_500)])
+@each(("bit", "end_ns"), [(60, 220_000), (75, 227_000), (90, 233_500)])
 def test_after_an_error_in_a_data_phase_each_node_starts_at_its_own_boundary(bit: int, end_ns: int) -> None:
     """A passive sender's error brings no edge that would put the nodes in step again."""
     scenario = scene(PASSIVE, PASSIVE, PASSIVE)
@@ -124,7 +125,7 @@ def test_a_level_forced_in_the_last_quarter_bit_of_an_intermission_ends_no_suspe
 GLITCH_NS = 10_000  # when it begins, on a bus that is idle
 
 
-@pytest.mark.parametrize(
+@each(
     ("asked_ns", "seen_by", "begins_ns"),
     [
         ([10_600], None, 12_000),

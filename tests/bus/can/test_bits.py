@@ -11,6 +11,7 @@ from canwire.bus.can.bits import CRC15_POLY, CRC17_POLY, CRC21_POLY, NON_ISO, me
 from canwire.bus.can.node import ISO_FD, Mailbox
 from canwire.values.frame import Frame, record_of_frame
 from tests.bus.can import reference_bits
+from tests.cases import each
 from tests.tables import frame_vectors
 from tests.tables.frame_vectors import STREAMS, VECTORS, Vector
 
@@ -127,7 +128,7 @@ class TestVectors:
         found = (layout.crc, layout.stuff_bits, len(layout.levels), layout.data_bits)
         assert found == (vector.crc, vector.stuff_bits, vector.bits, vector.data_bits)
 
-    @pytest.mark.parametrize("name", STREAMS)
+    @each("name", STREAMS)
     def test_every_bit(self, name: str) -> None:
         frame = frame_of(next(vector for vector in VECTORS if vector.name == name))
         layout = BitLayout(frame)
@@ -282,14 +283,14 @@ class TestFrameRates:
             == frame_vectors.BEST_BITS["EFF8"]
         )
 
-    @pytest.mark.parametrize("kilobits", frame_vectors.FRAME_RATES)
+    @each("kilobits", frame_vectors.FRAME_RATES)
     def test_frames_a_second(self, kilobits: int) -> None:
         best, worst = frame_vectors.BEST_BITS, frame_vectors.WORST_BITS
         bits = (best["SFF0"], best["SFF8"], worst["SFF8"], best["EFF8"], worst["EFF8"])
         assert frame_vectors.FRAME_RATES[kilobits] == tuple(kilobits * 1000 // count for count in bits)
 
 
-@pytest.mark.parametrize(
+@each(
     ("polynomial", "width", "check"),
     [(CRC15_POLY, 15, 0x059E), (CRC17_POLY, 17, 0x04F03), (CRC21_POLY, 21, 0x0ED841)],
 )

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BitTiming, ErrorKind, EventKind, Frame, Lab, LabNode
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -107,9 +108,9 @@ def passes(timing: BitTiming, sender_ppm: float, receiver_ppm: float, *, frames:
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("timing", TIMINGS.values(), ids=TIMINGS.keys())
-@pytest.mark.parametrize("share", [0.5, 0.98])
-@pytest.mark.parametrize("direction", [1, -1])
+@each("timing", TIMINGS.values(), ids=TIMINGS.keys())
+@each("share", [0.5, 0.98])
+@each("direction", [1, -1])
 def test_oscillators_within_the_tolerance_stay_in_step(
     timing: BitTiming, share: float, direction: int
 ) -> None:
@@ -120,7 +121,7 @@ def test_oscillators_within_the_tolerance_stay_in_step(
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("ppm", [-15_000, -20_000, -30_000])
+@each("ppm", [-15_000, -20_000, -30_000])
 def test_a_slow_receiver_beyond_condition_1_loses_step(ppm: int) -> None:
     """At 87.5 % it samples late already, and its jump repairs no more than 1.25 % in ten bits."""
     narrow = TIMINGS["SJA1000"]
@@ -129,7 +130,7 @@ def test_a_slow_receiver_beyond_condition_1_loses_step(ppm: int) -> None:
 
 
 @pytest.mark.conforms("G-13")
-@pytest.mark.parametrize("ppm", [-15_000, -20_000, -30_000])
+@each("ppm", [-15_000, -20_000, -30_000])
 def test_the_same_offset_passes_with_an_earlier_sample_and_a_wider_jump(ppm: int) -> None:
     best = TIMINGS["best there is"]
     assert 2 * best.tolerance > -ppm * 1e-6

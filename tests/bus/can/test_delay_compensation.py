@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import ControllerOptions, DelayCompensation, ErrorKind, EventKind, Frame, Lab, LabBus, LabNode
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.core
@@ -45,14 +46,14 @@ def test_without_compensation_the_delay_must_not_reach_the_sample_point(bitwise:
     assert not passes(ControllerOptions(SAMPLE_NS + 0.5), bitwise=bitwise)
 
 
-@pytest.mark.parametrize("delay_ns", [0, 163, 255, 400, 999.5, 1_500])
+@each("delay_ns", [0, 163, 255, 400, 999.5, 1_500])
 def test_with_compensation_it_passes(delay_ns: float) -> None:
     assert passes(ControllerOptions(delay_ns, DelayCompensation()))
     assert passes(ControllerOptions(delay_ns, DelayCompensation()), bitwise=True)
 
 
-@pytest.mark.parametrize("bitwise", [False, True])
-@pytest.mark.parametrize(
+@each("bitwise", [False, True])
+@each(
     ("compensation", "first_ns", "last_ns"),
     [  # the second sample point has to be in the bit's echo
         (DelayCompensation(0), 0, 1_500),

@@ -19,6 +19,7 @@ from canwire import (
     LineError,
     Unsupported,
 )
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -122,7 +123,7 @@ def test_restricted_operation_sends_nothing() -> None:
             restricted.send(CLASSIC)
 
 
-@pytest.mark.parametrize("bit", [30, 60, "crc delimiter", "ack"])
+@each("bit", [30, 60, "crc delimiter", "ack"])
 def test_restricted_operation_sends_no_flag_and_counts_nothing(bit: int | str) -> None:
     with Lab() as lab:
         bus = fd_bus(lab)
@@ -174,7 +175,7 @@ def test_it_either_listens_only_or_is_restricted() -> None:
 # bus monitoring
 
 
-@pytest.mark.parametrize("bit", [20, 60, "crc delimiter"])
+@each("bit", [20, 60, "crc delimiter"])
 def test_bus_monitoring_disturbs_nobody(bit: int | str) -> None:
     with Lab() as lab:
         bus = fd_bus(lab)
@@ -191,7 +192,7 @@ def test_bus_monitoring_disturbs_nobody(bit: int | str) -> None:
 # edge filter
 
 
-@pytest.mark.parametrize(("width_ns", "ignored"), [(5, True), (25, True), (26, False), (400, False)])
+@each(("width_ns", "ignored"), [(5, True), (25, True), (26, False), (400, False)])
 def test_the_edge_filter_ignores_less_than_two_quanta(width_ns: int, ignored: bool) -> None:
     """Quanta of 12.5 ns. Ten recessive bits have passed when the spike comes, between two samples."""
     sent_ns = {}
@@ -238,7 +239,7 @@ def test_a_gateway_passes_on_that_a_sender_is_passive() -> None:
 # who has them
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "name"),
     [(RESTRICTED, "restricted"), (TOLERANT, "fd_tolerant"), (ControllerOptions(100), "loop_delay_ns")],
 )

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BusEvent, Frame, Lab, LabBus, LineError, dlc_to_length
+from tests.cases import each
 from tests.effort import examples
 from tests.tables.frame_vectors import VECTORS, Vector
 
@@ -59,8 +60,8 @@ def through_a_bus(frames: list[Frame], *, bitwise: bool = False) -> list[list[Fr
 
 
 @pytest.mark.conforms("G-01")
-@pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
-@pytest.mark.parametrize("id", [0x000, 0x001, 0x123, 0x555, 0x7EF, 0x7FF])
+@each("bitwise", [False, True], ids=["whole frames", "bit by bit"])
+@each("id", [0x000, 0x001, 0x123, 0x555, 0x7EF, 0x7FF])
 def test_11_bit_data_frames_of_every_length(id: int, bitwise: bool) -> None:
     frames = [Frame(id, bytes([length] * length)) for length in range(9)]
     for received in through_a_bus(frames, bitwise=bitwise):
@@ -84,8 +85,8 @@ def test_any_fd_frames(bitwise: bool, frames: list[Frame]) -> None:
         assert [exact(frame) for frame in received] == [exact(frame) for frame in frames]
 
 
-@pytest.mark.parametrize("bitwise", [False, True], ids=["whole frames", "bit by bit"])
-@pytest.mark.parametrize("switch", [False, True])
+@each("bitwise", [False, True], ids=["whole frames", "bit by bit"])
+@each("switch", [False, True])
 def test_fd_frames_of_every_length(switch: bool, bitwise: bool) -> None:
     frames = [
         Frame(0x100 + length, bytes(range(length)), fd=True, bit_rate_switch=switch) for length in FD_LENGTHS
@@ -95,7 +96,7 @@ def test_fd_frames_of_every_length(switch: bool, bitwise: bool) -> None:
 
 
 @pytest.mark.conforms("G-01", "G-02", "G-03")
-@pytest.mark.parametrize("vector", VECTORS, ids=lambda vector: vector.name)
+@each("vector", VECTORS, ids=lambda vector: vector.name)
 def test_every_vector_arrives(vector: Vector) -> None:
     frame = Frame(vector.id, vector.data, **vector.keywords)
     for received in through_a_bus([frame]) + through_a_bus([frame], bitwise=True):

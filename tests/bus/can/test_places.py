@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
-
 from canwire import BitLayout, Frame
 from canwire.bus.can.faults.places import Place
+from tests.cases import each
 
 ONE_BYTE = BitLayout(Frame(0x555, b"\x55"))  # one stuff bit before the data, none in them
 NO_DATA = BitLayout(Frame(0x555))
 
 
-@pytest.mark.parametrize(
+@each(
     ("place", "layout", "index"),
     [
         (Place("frame", 0), ONE_BYTE, 0),

@@ -11,6 +11,7 @@ from canwire.bus.can.node import NO_RULE, TRANSMIT_ERROR
 from canwire.bus.can.station import Station
 from canwire.bus.can.tally import Tally
 from tests.bus.can.test_around_frames import Recorder, offered
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -82,7 +83,7 @@ def test_a_recessive_stuff_bit_behind_rtr_is_no_part_of_arbitration() -> None:
     assert station.state == states.ACTIVE_FLAG
 
 
-@pytest.mark.parametrize(("field", "extended"), [("RTR", False), ("RTR", True), ("RTR2", True)])
+@each(("field", "extended"), [("RTR", False), ("RTR", True), ("RTR2", True)])
 def test_a_recessive_stuff_bit_in_arbitration_is_spared(field: str, extended: bool) -> None:
     frame, at = some_frame_with_stuff_bit(field, 1, extended=extended)
     node, _ = sent_but_for(frame, at)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadTiming, BadValue, Lab, LinErrorKind, LinEventKind, LinFrame, LinState
+from tests.cases import each
 
 DATA = bytes.fromhex("00ff55aa0180fe7f")
 
@@ -32,8 +33,8 @@ def exchange(rate: int, ppm: float, *, synchronises: bool = True, master_ppm: fl
         return told
 
 
-@pytest.mark.parametrize("rate", [1000, 9600, 19200, 20000])
-@pytest.mark.parametrize("ppm", [-120_000, -20_000, 0, 20_000, 139_000])
+@each("rate", [1000, 9600, 19200, 20000])
+@each("ppm", [-120_000, -20_000, 0, 20_000, 139_000])
 def test_a_slave_that_synchronises_follows_within_14_percent(rate: int, ppm: float) -> None:
     assert exchange(rate, ppm) == []
 
@@ -55,14 +56,14 @@ def test_a_break_that_is_too_short_for_a_slow_slave() -> None:
         assert slave.counters.headers == 0
 
 
-@pytest.mark.parametrize(("ppm", "fine"), [(-15_000, True), (15_000, True), (40_000, True), (-80_000, False)])
+@each(("ppm", "fine"), [(-15_000, True), (15_000, True), (40_000, True), (-80_000, False)])
 def test_a_slave_with_a_crystal_does_not_synchronise(ppm: float, fine: bool) -> None:
     told = exchange(19200, ppm, synchronises=False)
     assert (told == []) == fine
 
 
-@pytest.mark.parametrize("master_ppm", [-5_000, 5_000])
-@pytest.mark.parametrize("ppm", [-15_000, 15_000])
+@each("master_ppm", [-5_000, 5_000])
+@each("ppm", [-15_000, 15_000])
 def test_the_tolerances_of_the_specification_always_work(master_ppm: float, ppm: float) -> None:
     assert exchange(19200, ppm, synchronises=False, master_ppm=master_ppm) == []
     assert exchange(19200, 9 * ppm, master_ppm=master_ppm) == []
@@ -82,7 +83,7 @@ def test_all_follow_the_master_s_clock() -> None:
 
 
 @pytest.mark.conforms("X3-37")
-@pytest.mark.parametrize("rate", [1000, 1200, 2400, 4800, 9600, 10400, 10417, 19200, 20000])
+@each("rate", [1000, 1200, 2400, 4800, 9600, 10400, 10417, 19200, 20000])
 def test_a_slave_finds_the_bit_rate_with_the_first_header(rate: int) -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=rate)

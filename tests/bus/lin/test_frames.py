@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire import Lab, LabLinBus, LinErrorKind, LinEventKind, LinFrame
 from canwire.bus.lin.bits import frame_levels, last_edge_bits
 from canwire.values.lin.timing import bit_time_ps, nominal_frame_ns
+from tests.cases import each
 from tests.tables import lin_vectors
 
 DATA = bytes(range(1, 9))
@@ -27,7 +28,7 @@ def levels_of(bus: LabLinBus, bits: int, bit_ps: int) -> str:
     return samples
 
 
-@pytest.mark.parametrize(("id", "data", "stream"), lin_vectors.BIT_STREAMS)
+@each(("id", "data", "stream"), lin_vectors.BIT_STREAMS)
 def test_bit_streams_of_the_reference(id: int, data: str | None, stream: str) -> None:
     frame = LinFrame(id, header_only=True) if data is None else LinFrame(id, bytes.fromhex(data))
     assert "".join(map(str, frame_levels(frame))) == stream
@@ -42,8 +43,8 @@ def test_where_the_last_edge_of_a_byte_is() -> None:
     assert [last_edge_bits(value) for value in (0xFF, 0x00, 0x7F, 0xFE, 0x55)] == [1, 9, 9, 2, 9]
 
 
-@pytest.mark.parametrize("rate", [1000, 2400, 9600, 10417, 19200, 20000])
-@pytest.mark.parametrize("length", range(9))
+@each("rate", [1000, 2400, 9600, 10417, 19200, 20000])
+@each("length", range(9))
 def test_a_frame_takes_exactly_its_bits(rate: int, length: int) -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=rate)
@@ -82,8 +83,8 @@ def test_load() -> None:
         assert bus.wire.busy_ns() == 100 * 6_400_000 + 3_200_000
 
 
-@pytest.mark.parametrize("bitwise", [False, True])
-@pytest.mark.parametrize("length", [0, 1, 2, 8])
+@each("bitwise", [False, True])
+@each("length", [0, 1, 2, 8])
 def test_an_absent_response_is_noticed_after_1_4_times_its_time(length: int, bitwise: bool) -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=20_000)
@@ -114,11 +115,11 @@ def test_a_subscriber_misses_its_frame_too() -> None:
         assert not slave.response_error
 
 
-@pytest.mark.parametrize(
+@each(
     ("break_bits", "delimiter_bits", "space_bits"),
     [(13, 1, 0), (26, 1, 0), (13, 10, 0), (13, 14, 0), (15, 3, 2), (19, 2, 6), (13, 1, 13)],
 )
-@pytest.mark.parametrize("bitwise", [False, True])
+@each("bitwise", [False, True])
 def test_headers_that_slaves_accept(
     break_bits: int, delimiter_bits: int, space_bits: int, bitwise: bool
 ) -> None:
@@ -136,8 +137,8 @@ def test_headers_that_slaves_accept(
         assert frame.timestamp_ns == (header + 20) * 50_000
 
 
-@pytest.mark.parametrize(("response_space", "byte_space"), [(0, 0), (36, 0), (0, 4), (4, 2)])
-@pytest.mark.parametrize("bitwise", [False, True])
+@each(("response_space", "byte_space"), [(0, 0), (36, 0), (0, 4), (4, 2)])
+@each("bitwise", [False, True])
 def test_spaces_in_responses(response_space: int, byte_space: int, bitwise: bool) -> None:
     """PT-CT 20."""
     with Lab() as lab:

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from canwire import Lab, LabLinNode, LinErrorKind, LinEventKind, LinFrame, LinState
+from tests.cases import each
 
 BIT_NS = 50_000
 SECOND = 1_000_000_000
@@ -50,9 +51,7 @@ def test_only_the_first_byte_of_the_command_counts() -> None:
         assert slave.state is LinState.ASLEEP
 
 
-@pytest.mark.parametrize(
-    "frame", [LinFrame(0x3C, b"\1" + bytes(7)), LinFrame(0x3D, bytes(8)), LinFrame(0, bytes(8))]
-)
+@each("frame", [LinFrame(0x3C, b"\1" + bytes(7)), LinFrame(0x3D, bytes(8)), LinFrame(0, bytes(8))])
 def test_other_frames_do_not(frame: LinFrame) -> None:
     with Lab() as lab:
         bus = lab.lin_bus()
@@ -132,7 +131,7 @@ def asleep(lab: Lab, start_up: float = 0.0) -> list[LabLinNode]:
     return nodes
 
 
-@pytest.mark.parametrize("rate", [1000, 2400, 9600, 19200, 20000])
+@each("rate", [1000, 2400, 9600, 19200, 20000])
 def test_the_pulse_has_250_us_to_5_ms(rate: int) -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=rate)

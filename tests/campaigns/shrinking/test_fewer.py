@@ -12,11 +12,12 @@ from canwire.campaigns.campaign import Campaign, campaign
 from canwire.campaigns.change import Change, flip_in_words, flip_of, numbers_in_words, numbers_of_words
 from canwire.campaigns.parameters import Value
 from canwire.campaigns.shrinking.fewer import fewest, least_prefix, simplest
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("N-60")
 
 
-@pytest.mark.parametrize("causes", [[], [0], [99], [3, 50], [0, 1, 2, 97, 98, 99], list(range(0, 100, 9))])
+@each("causes", [[], [0], [99], [3, 50], [0, 1, 2, 97, 98, 99], list(range(0, 100, 9))])
 def test_the_causes_are_left(causes: list[int]) -> None:
     tried = 0
 
@@ -64,7 +65,7 @@ def _made() -> Campaign:
     return many
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "fails", "found"),
     [
         ("rate", 125, lambda rate: True, 500),

@@ -7,6 +7,7 @@ import pytest
 from canwire import Frame
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
+from tests.cases import each
 from tests.chips.mcp2515.bench import Bench, ask, frame_of, load, mode_of, send
 
 pytestmark = pytest.mark.core
@@ -31,7 +32,7 @@ def test_from_every_mode_to_every_other(bench: Bench, before: int, after: int) -
     assert (chip.on_bus, chip.asleep) == (after in (m.NORMAL, m.LISTEN_ONLY), after == m.SLEEP)
 
 
-@pytest.mark.parametrize("wrong", [5, 6, 7])
+@each("wrong", [5, 6, 7])
 def test_what_is_no_mode_changes_nothing(wrong: int) -> None:
     chip = Mcp2515()
     chip.write(m.CANCTRL, 0)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire import Frame
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
+from tests.cases import each
 from tests.chips.mcp2515 import bench
 from tests.effort import examples
 from tests.tables import mcp2515_vectors as table
@@ -44,8 +45,8 @@ def full(chip: Mcp2515) -> int:
     return chip.read(m.CANINTF) & (RX0 | RX1)
 
 
-@pytest.mark.parametrize(("mask", "pattern", "mode", "id", "remote", "data", "accepted"), table.FILTERS)
-@pytest.mark.parametrize("number", range(6))
+@each(("mask", "pattern", "mode", "id", "remote", "data", "accepted"), table.FILTERS)
+@each("number", range(6))
 def test_filter_vectors(
     number: int, mask: str, pattern: str, mode: int, id: str, remote: bool, data: str, accepted: bool
 ) -> None:
@@ -135,7 +136,7 @@ def test_filters_bit_by_bit(
     assert full(chip) == expected
 
 
-@pytest.mark.parametrize("frame", [STANDARD, EXTENDED, Frame(0x7FF, remote=True, dlc=5),
+@each("frame", [STANDARD, EXTENDED, Frame(0x7FF, remote=True, dlc=5),
                                    Frame(0x1FFFFFFF, extended=True, remote=True, dlc=8), Frame(0, b"")])  # fmt: skip
 def test_a_frame_in_a_buffer(frame: Frame) -> None:
     chip = receiver()

@@ -10,6 +10,7 @@ from canwire import BadTiming, BadValue
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
 from canwire.chips.mcp2515.modes import timing_of
+from tests.cases import each
 from tests.effort import examples
 from tests.tables import mcp2515_vectors as table
 
@@ -49,7 +50,7 @@ def test_reset_values_and_writable_bits(address: int, name: str, value: int, wri
     assert chip.read(address) == (value if known or address in (m.CANCTRL, *m.TXBCTRL) else writable)
 
 
-@pytest.mark.parametrize("mode", range(5))
+@each("mode", range(5))
 def test_what_configuration_mode_alone_lets_be_written(mode: int) -> None:
     at_rest = {address for first, last in table.AT_REST for address in range(first, last + 1)}
     assert at_rest == m.AT_REST
@@ -118,7 +119,7 @@ def test_any_access_leaves_a_chip_that_makes_sense(accesses: list[tuple[str, int
     assert (chip.read(m.CANSTAT), chip.read(m.CANCTRL), chip.interrupt) == (0x80, 0x87, False)
 
 
-@pytest.mark.parametrize(("flags", "code"), table.ICOD)
+@each(("flags", "code"), table.ICOD)
 def test_interrupt_codes(flags: int, code: int) -> None:
     chip = Mcp2515()
     chip.write(m.CANINTF, flags)
@@ -140,7 +141,7 @@ def test_int_is_told_once_until_it_has_been_inactive() -> None:
     assert told == [0x01, 0x02]
 
 
-@pytest.mark.parametrize(("flags", "requested", "status"), table.READ_STATUS)
+@each(("flags", "requested", "status"), table.READ_STATUS)
 def test_read_status(flags: int, requested: tuple[int, ...], status: int) -> None:
     chip = Mcp2515()
     chip.write(m.CANINTF, flags)
@@ -149,7 +150,7 @@ def test_read_status(flags: int, requested: tuple[int, ...], status: int) -> Non
     assert chip.read_status() == status
 
 
-@pytest.mark.parametrize(("flags", "control0", "low0", "control1", "low1", "status"), table.RX_STATUS)
+@each(("flags", "control0", "low0", "control1", "low1", "status"), table.RX_STATUS)
 def test_rx_status(flags: int, control0: int, low0: int, control1: int, low1: int, status: int) -> None:
     chip = Mcp2515()
     chip.write(m.CANINTF, flags)
@@ -180,7 +181,7 @@ def test_the_buffers_instructions() -> None:
             wrong()
 
 
-@pytest.mark.parametrize(("cnf1", "cnf2", "cnf3", "rate", "quanta", "sampled", "jump"), table.CNF)
+@each(("cnf1", "cnf2", "cnf3", "rate", "quanta", "sampled", "jump"), table.CNF)
 def test_bit_timing(cnf1: str, cnf2: str, cnf3: str, rate: int, quanta: int, sampled: int, jump: int) -> None:
     timing = timing_of(int(cnf1, 16), int(cnf2, 16), int(cnf3, 16), 16_000_000)
     assert (timing.bit_rate, timing.quanta, 1 + timing.tseg1, timing.sjw) == (rate, quanta, sampled, jump)
@@ -202,7 +203,7 @@ def test_another_crystal() -> None:
         Mcp2515(None, 0)
 
 
-@pytest.mark.parametrize(("tec", "rec", "flags"), table.EFLG)
+@each(("tec", "rec", "flags"), table.EFLG)
 def test_error_flags_follow_the_counters(tec: int, rec: int, flags: int) -> None:
     chip = Mcp2515()
     chip.confinement.tec, chip.confinement.rec = tec, rec

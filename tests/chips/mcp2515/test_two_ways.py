@@ -12,6 +12,7 @@ import pytest
 from canwire.bus.can.faults.faults import Faults
 from canwire.chips.mcp2515 import register_map as m
 from canwire.chips.mcp2515.controller import Mcp2515
+from tests.cases import each
 from tests.chips.mcp2515.bench import BIT_NS, Bench
 from tests.effort import seeds
 
@@ -22,7 +23,7 @@ ACTIONS, LOOKS = 30, 6
 _ADDRESSES = [*range(128)]
 
 
-@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
+@each("first", range(0, 40, SEEDS_A_TEST))
 def test_both_ways_agree(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=True), f"seed {seed}"

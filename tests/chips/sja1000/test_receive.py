@@ -16,6 +16,7 @@ from canwire.timeline import Timeline
 from canwire.values import acceptance_orders
 from canwire.values.acceptance import Acceptance
 from canwire.values.frame import Frame, record_of_frame
+from tests.cases import each
 from tests.chips.sja1000.bench import Bench, get, put, send
 from tests.effort import examples
 from tests.tables import sja1000_vectors
@@ -56,7 +57,7 @@ def stored(chip: Sja1000) -> int:
     return chip.read(m.SR) & m.SR_RBS
 
 
-@pytest.mark.parametrize(
+@each(
     ("number", "mode", "acr", "amr", "id", "remote", "data", "accepted"),
     FILTERS,
     ids=[row[0] for row in FILTERS],
@@ -106,8 +107,8 @@ def test_the_filter_agrees_with_another_one(case: tuple[str, bytes, bytes, Frame
     assert bool(stored(chip)) == acceptance(mode, acr, amr).accepts(frame)
 
 
-@pytest.mark.parametrize("bits", range(9))
-@pytest.mark.parametrize("mode", ["B", "S", "E"])
+@each("bits", range(9))
+@each("mode", ["B", "S", "E"])
 def test_capacity(mode: str, bits: int) -> None:
     names = {"B": "BASIC_CAPACITY", "S": "STANDARD_CAPACITY", "E": "EXTENDED_CAPACITY"}
     capacity = getattr(sja1000_vectors, names[mode])[bits]

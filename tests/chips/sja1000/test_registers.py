@@ -15,6 +15,7 @@ from canwire.chips.registers import Access
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.timeline import Timeline
+from tests.cases import each
 from tests.chips.sja1000.bench import Bench
 from tests.effort import examples
 from tests.tables import sja1000_vectors
@@ -50,8 +51,8 @@ def test_all_vectors_are_there() -> None:
     assert [row[0] for row in sja1000_vectors.PROGRAMS] == [f"R{k:02}" for k in range(1, 24)]
 
 
-@pytest.mark.parametrize("pelican", [False, True])
-@pytest.mark.parametrize("resetting", [False, True])
+@each("pelican", [False, True])
+@each("resetting", [False, True])
 def test_access_is_what_the_map_says(pelican: bool, resetting: bool) -> None:
     """Plain registers: what can be written reads back, what cannot stays; the rest reads as nothing."""
     chip = Sja1000()
@@ -114,7 +115,7 @@ def test_clkout_follows_the_divider() -> None:
     assert chip.clkout_hz == 0
 
 
-@pytest.mark.parametrize(
+@each(
     ("oscillator_hz", "btr0", "btr1", "bit_ps", "sample_ps", "jump_ps"),
     [
         (16_000_000, 0x00, 0x1C, 2_000_000, 1_750_000, 125_000),
@@ -219,7 +220,7 @@ def test_descriptions_name_the_bits() -> None:
     assert m.PELICAN.named("RXERR").describe(12) == ""
 
 
-@pytest.mark.parametrize(
+@each(
     ("ocr", "dominant", "recessive"),
     [
         (0x6A, ("low", "float"), ("float", "low")),  # INduCAN104

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import canwire
+from tests.cases import each
 from tests.effort import seeds
 from tests.uncompiled import load_uncompiled
 
@@ -25,7 +26,7 @@ ACTIONS, LOOKS = 40, 6
 BTR1 = (0x1C, 0x1C, 0x3A, 0x9C, 0xC9)  # 16 quanta all of them, sampled at 69 to 87.5 %, once or thrice
 
 
-@pytest.mark.parametrize("first", range(0, 60, SEEDS_A_TEST))
+@each("first", range(0, 60, SEEDS_A_TEST))
 def test_both_ways_agree(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(canwire, seed, bitwise=False) == outcome(canwire, seed, bitwise=True), f"seed {seed}"
@@ -38,7 +39,7 @@ def test_both_ways_agree_with_faults(first: int) -> None:
         assert one == other, f"seed {seed}"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
 def test_both_forms_agree(seed: int) -> None:
     here = outcome(canwire, seed, bitwise=False, flips=True)
     with load_uncompiled(canwire) as twin:

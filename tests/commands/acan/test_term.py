@@ -17,6 +17,7 @@ from canwire.commands.acan.machines import config_of, configured_machine, identi
 from canwire.commands.acan.term import PATTERN, SEQUENCE, Printable, Terminal, messages
 from canwire.commands.acan.words import machine, parsed
 from tests import warm
+from tests.cases import each
 from tests.commands.acan.bench import ONE, TWO, Bench
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
@@ -46,7 +47,7 @@ def test_words_as_ms_dos_wrote_them() -> None:
     assert (usual.number("C", 16_000), usual.number("R", 250), set(usual.switches)) == (16_000, 250, set())
 
 
-@pytest.mark.parametrize("word", ["/X", "/C", "/C:", "/I:1", "/", "/IE", "/:5"])
+@each("word", ["/X", "/C", "/C:", "/I:1", "/", "/IE", "/:5"])
 def test_no_such_switch(word: str) -> None:
     with pytest.raises(BadValue, match=r"there are /C:\.\.\., /R:\.\.\., /I, /E, /L"):
         parsed([word], "CR", "IEL")
@@ -70,13 +71,13 @@ def test_machines_are_0_to_7() -> None:
 
 
 @pytest.mark.conforms("AT-01", "AC-17", "AC-18")
-@pytest.mark.parametrize("number", range(8))
+@each("number", range(8))
 def test_a_message_names_its_machine(number: int) -> None:
     assert format(identifier(number), "011b") == f"00001001{number:03b}"
 
 
 @pytest.mark.conforms("AC-18", "AT-02")
-@pytest.mark.parametrize("local", range(1, 8))
+@each("local", range(1, 8))
 def test_the_controller_lets_in_its_own_and_what_is_for_all(local: int) -> None:
     config = config_of(local)
     passing = {number for number in range(8) if config.accepts(identifier(number))}
@@ -139,7 +140,7 @@ def test_local_0_is_the_machines_configured_number() -> None:
 
 
 @pytest.mark.conforms("AT-02")
-@pytest.mark.parametrize(
+@each(
     ("config", "why"),
     [
         (None, "has no number yet"),
@@ -313,7 +314,7 @@ def test_closed_it_receives_nothing_and_a_lost_board_is_told() -> None:
 # what a screen takes
 
 
-@pytest.mark.parametrize(
+@each(
     ("data", "text"),
     [
         (b"a\rb\nc\r\nd", "a\nb\nc\nd"),

@@ -27,6 +27,7 @@ from canwire.commands.candrv.programs import Written, shown
 from canwire.commands.candrv.suite import PROGRAMS
 from canwire.commands.candrv.switches import Usage, parse
 from tests import warm
+from tests.cases import each
 
 LONG = 60.0  # seconds after which something that should happen never will
 CONFIG = """
@@ -175,8 +176,8 @@ def collected(handle: candrv.Handle, count: int) -> Callable[[], list[Event]]:
 
 
 @pytest.mark.conforms("FT-02")
-@pytest.mark.parametrize("program", ["write", "read", "send", "mon"])
-@pytest.mark.parametrize(
+@each("program", ["write", "read", "send", "mon"])
+@each(
     ("words", "complaint"),
     [
         (["-h"], ""),
@@ -202,7 +203,7 @@ def test_usage(program: str, words: list[str], complaint: str, capsys: pytest.Ca
 
 
 @pytest.mark.conforms("FT-02")
-@pytest.mark.parametrize(
+@each(
     ("text", "rate"),
     [("500000", 500_000), ("0x7A120", 500_000), ("0X7a120", 500_000), ("01720440", 500_000), ("0", 0)],
 )
@@ -219,7 +220,7 @@ def test_defaults_and_all_switches() -> None:
     assert found.numbers == {"n": 5}
 
 
-@pytest.mark.parametrize("words", [["-c", "0"], ["-t", "101"], ["-n", "10000001"], ["-n", "-1"]])
+@each("words", [["-c", "0"], ["-t", "101"], ["-n", "10000001"], ["-n", "-1"]])
 def test_impossible_counts(words: list[str]) -> None:
     with pytest.raises(Usage, match="Wrong number"):
         parse(PROGRAMS["send"], words)
@@ -444,14 +445,14 @@ def test_can_mon(bench: Bench) -> None:
 
 
 @pytest.mark.conforms("FT-05")
-@pytest.mark.parametrize("kind", list(CanbusEvent))
+@each("kind", list(CanbusEvent))
 def test_every_event_has_its_line(kind: CanbusEvent) -> None:
     event = Event(int(kind), 12568, 5, 2, 0x025E0235, 0, 10, bytes(range(8)))
     message = " EXT 025E0235 0 A 00 01 02 03 04 05 06 07" if event.has_message else ""
     assert shown(event) == f"12568 {kind.name} 5{message}"
 
 
-@pytest.mark.parametrize(("number", "name"), [(0x800, "UNKNOWN_800"), (0x14, "UNKNOWN_14"), (0, "UNKNOWN_0")])
+@each(("number", "name"), [(0x800, "UNKNOWN_800"), (0x14, "UNKNOWN_14"), (0, "UNKNOWN_0")])
 def test_an_unknown_event(number: int, name: str) -> None:
     assert shown(Event(number, 1)) == f"1 {name} 0"
 

@@ -22,6 +22,7 @@ from canwire.commands import send as send_module
 from canwire.commands.can_line import open_sender
 from canwire.commands.databases import plugins, simulate
 from tests import warm
+from tests.cases import each
 
 pytest.importorskip("cantools")
 ROOT = Path(__file__).resolve().parents[3]
@@ -99,7 +100,7 @@ def test_a_message_by_name(hub_address: str, heard: HubChannel, engine: Database
     assert str(last) == "GearboxStatus(Page: 1, Torque: 0 Nm, OilPressure: 3.5 bar)"
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "told"),
     [
         (
@@ -174,7 +175,7 @@ def test_a_plug_in_of_an_installed_package(monkeypatch: pytest.MonkeyPatch) -> N
         plugins.find_plugin("halfs")
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "told"),
     [
         ("Engine can0", "simulate needs a description of the network: --db FILE"),

@@ -22,6 +22,7 @@ from canwire.commands.doctor.facts import Facts, HubFacts, Interface, Port
 from canwire.commands.doctor.gathering import gathered
 from canwire.commands.doctor.verb import format_finding
 from canwire.commands.shared_hub import find_line
+from tests.cases import each
 
 WELL = Facts(
     system="Linux 6",
@@ -54,7 +55,7 @@ def test_a_sound_machine_has_nothing_to_mend() -> None:
 
 
 @pytest.mark.conforms("PC-12")
-@pytest.mark.parametrize(
+@each(
     ("wrong", "level", "subject", "text", "mend"),
     [
         ({"compiled": False}, NOTE, "core", "uncompiled", "install a wheel"),

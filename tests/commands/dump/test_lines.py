@@ -39,12 +39,13 @@ from canwire.commands.dump.words import in_words
 from canwire.commands.live.decoding import decoder
 from canwire.commands.live.listening import RECORD, Listening, Record, places_of
 from canwire.commands.shared_hub import find_line
+from tests.cases import each
 
 CAR = str(Path(__file__).parents[1] / "car.dbc")
 SECOND = 1_000_000_000
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "shown"),
     [
         ("a", ["(1000000001.500000)", "(1000000001.500250)", "(1000000003.000000)"]),
@@ -71,7 +72,7 @@ def shown_by(capture: Capture, *frames: Frame) -> set[int]:
 
 
 @pytest.mark.conforms("PC-03", "PL-21")
-@pytest.mark.parametrize(
+@each(
     ("text", "shown"),
     [
         (["123:7FF"], {0x123}),
@@ -97,7 +98,7 @@ def test_filters(text: list[str], shown: set[int]) -> None:
     assert capture.accepts(BusEvent(EventKind.ERROR))
 
 
-@pytest.mark.parametrize(
+@each(
     ("kinds", "errors", "shown", "events"),
     [
         ([], False, {1, 2, 3, 4}, set()),
@@ -119,7 +120,7 @@ def test_kinds(kinds: list[str], errors: bool, shown: set[int], events: set[str]
     } == events
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "",
@@ -240,7 +241,7 @@ def test_candump_s_extras_are_the_formatters_own(content: list[Frame]) -> None:
     ] * 2  # fmt: skip
 
 
-@pytest.mark.parametrize(
+@each(
     ("level", "expected"),
     [
         (1, " (000.000000)\x1b[36m  can0\x1b[0m  123   [1]  11"),
@@ -277,7 +278,7 @@ def test_an_error_has_a_second_line_in_words() -> None:
     assert Printer(SCREEN, Capture()).lines("can0", [record_of(error)]) == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("event", "words"),
     [
         (BusEvent(EventKind.ERROR, error=ErrorKind.ACK, transmitting=True, code=0xD9, tec=8, bit=31),

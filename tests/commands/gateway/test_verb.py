@@ -16,6 +16,7 @@ from canwire import BadValue, Frame, connect
 from canwire.commands.gateway.rules import add_rule_arguments, rules_by
 from canwire.gateway.rules import Passage
 from tests import warm
+from tests.cases import each
 from tests.gateway.test_gateway import CONFIG, got, program
 from tests.hubs import LONG_S, serving
 
@@ -37,7 +38,7 @@ def test_rules_as_they_are_typed() -> None:
     assert typed("--one-way")[1] is None
 
 
-@pytest.mark.parametrize(
+@each(
     "words",
     [("--map", "100"), ("--map", "100=200", "--map", "101=200"), ("--change", "100:1"), ("--filter", "xyz")],
 )

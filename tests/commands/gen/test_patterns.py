@@ -12,6 +12,7 @@ from canwire import BadDescription, BadValue, BitTiming, Frame, LineMode
 from canwire.commands.gen.cyclic import CyclicMessages
 from canwire.commands.gen.pace import by_load, every
 from canwire.commands.gen.patterns import Kind, frames
+from tests.cases import each
 
 CAR = str(Path(__file__).parents[1] / "car.dbc")
 
@@ -26,7 +27,7 @@ def made(
 
 
 @pytest.mark.conforms("PC-05")
-@pytest.mark.parametrize(
+@each(
     ("id", "kind", "found"),
     [
         ("123", Kind(), [(0x123, False)] * 4),
@@ -77,7 +78,7 @@ def test_the_same_seed_gives_the_same_frames() -> None:
     assert made(50, "random", "random", seed=7) != made(50, "random", "random", seed=8)
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "why"),
     [
         ({"id": "800"}, "no identifier of 11 bits"),
@@ -113,7 +114,7 @@ def test_a_share_of_the_bus_is_that_of_the_bits_on_the_wire() -> None:
     assert every(0.25)(zeros) == 0.25
 
 
-@pytest.mark.parametrize("percent", [0, -1, 100.1, float("nan")])
+@each("percent", [0, -1, 100.1, float("nan")])
 def test_no_share(percent: float) -> None:
     with pytest.raises(BadValue, match="--load"):
         by_load(percent, LineMode(BitTiming.for_bit_rate(500_000)))

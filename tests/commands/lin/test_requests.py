@@ -17,6 +17,7 @@ from canwire.values.lin.requests import (
     read_by_identifier_request,
     save_configuration_request,
 )
+from tests.cases import each
 from tests.commands.lin.test_verb import Served, errors, served, start, texts
 
 pytestmark = pytest.mark.conforms("N-47")
@@ -44,7 +45,7 @@ def test_payloads() -> None:
             wrong()
 
 
-@pytest.mark.parametrize(
+@each(
     ("answer", "why"),
     [
         ("f2 01", ""),

@@ -30,6 +30,7 @@ from canwire.commands import main
 from canwire.commands.lin.line import mode_text
 from canwire.commands.lin.slots import with_delays
 from tests import warm
+from tests.cases import each
 
 MS = 1_000_000
 LINE = "HW000001:2"
@@ -65,7 +66,7 @@ def test_slots() -> None:
     assert frames == [LinFrame(0x12, b"\x01\x02"), LinFrame(0x3F, b"\x00", enhanced=True)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "error", "why"),
     [
         ("1", BadValue, "slot '1': like 10, 11:4@10ms"),
@@ -83,7 +84,7 @@ def test_no_slots(text: str, error: type[Exception], why: str) -> None:
         parse_lin_schedule([text])
 
 
-@pytest.mark.parametrize(("bit_rate", "usual_ms"), [(20_000, 10), (19_200, 10), (9_600, 20), (1_000, 175)])
+@each(("bit_rate", "usual_ms"), [(20_000, 10), (19_200, 10), (9_600, 20), (1_000, 175)])
 def test_slots_have_room_for_any_frame(bit_rate: int, usual_ms: int) -> None:
     table = with_delays(LinSchedule.of([0x10, LinSlot.frame(0x11, delay_ns=7)]), bit_rate)
     assert [slot.delay_ns for slot in table.slots] == [usual_ms * MS, 7]

@@ -16,6 +16,7 @@ from canwire.commands.gen.sending import Generator
 from canwire.commands.live.bars import format_bar, format_reading, format_total
 from canwire.commands.live.load import Bars, Watch
 from canwire.commands.live.meter import Meter, Reading
+from tests.cases import each
 from tests.commands.conftest import running_lines
 
 SECOND = 1_000_000_000
@@ -64,8 +65,8 @@ def test_a_bar_has_the_share_and_the_peak() -> None:
     assert "\x1b[31m" in format_bar(READING._replace(load=95.0), 4, 200, coloured=True)
 
 
-@pytest.mark.parametrize("columns", [20, 60, 100, 110, 200])
-@pytest.mark.parametrize("load", [0.0, 50.0, 100.0])
+@each("columns", [20, 60, 100, 110, 200])
+@each("load", [0.0, 50.0, 100.0])
 def test_a_bar_never_breaks_the_line(columns: int, load: float) -> None:
     shown = format_bar(READING._replace(load=load, peak=load), 8, columns, coloured=False)
     assert len(shown) < columns

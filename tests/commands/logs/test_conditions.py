@@ -22,6 +22,7 @@ from canwire import (
 from canwire.commands import main
 from canwire.commands.logs.conditions import any_of
 from tests import warm
+from tests.cases import each
 from tests.hubs import LONG_S
 
 ENGINE = Path(__file__).parents[3] / "examples" / "engine.dbc"
@@ -33,7 +34,7 @@ def entry(content: Frame | BusEvent) -> LogEntry:
     return LogEntry(0, "can0", content)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "true", "false"),
     [
         ("123", Frame(0x123), Frame(0x124)),
@@ -70,7 +71,7 @@ def test_any_of_several() -> None:
     assert any_of([], "--stop-on", None) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "why"),
     [
         ("EngineSped>1", r"--stop-on EngineSped>1: .*engine.dbc has no such signal"),

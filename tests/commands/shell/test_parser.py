@@ -9,6 +9,7 @@ import pytest
 
 from canwire.commands import VERBS, _load, main
 from canwire.commands.shell.parser import Parser
+from tests.cases import each
 
 pytestmark = pytest.mark.finding("newcomer F13")
 
@@ -44,7 +45,7 @@ def test_the_table_has_sub_verbs_too() -> None:
     assert {"dump", "lin dump", "candrv registry set", "acan spy", "fault BUS flip"} <= set(LEAVES)
 
 
-@pytest.mark.parametrize("verb", LEAVES)
+@each("verb", LEAVES)
 def test_an_unknown_option_shows_the_usage_of_its_verb(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     more = [] if verb in PASSES_ON else ["1"] * 6
     with pytest.raises(SystemExit) as ended:
@@ -55,7 +56,7 @@ def test_an_unknown_option_shows_the_usage_of_its_verb(capsys: pytest.CaptureFix
     assert f"canwire {verb}: error: " in shown
 
 
-@pytest.mark.parametrize("verb", LEAVES)
+@each("verb", LEAVES)
 def test_help_of_every_verb_begins_with_its_usage(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     with pytest.raises(SystemExit) as ended:
         main([*verb.split(), "--help"])

@@ -35,6 +35,7 @@ from canwire.drivers.mcp2515.timing import LIMITS, cnf_of
 from canwire.timeline import Timeline
 from canwire.values.frame import frame_of_record, record_of_frame
 from canwire.values.record import ABORT_ON_ERROR, SINGLE_SHOT
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -546,9 +547,7 @@ def test_nobody_who_is_stopped_sleeps(bench: Bench) -> None:
 # settings and registers
 
 
-@pytest.mark.parametrize(
-    "rate", [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000]
-)
+@each("rate", [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000])
 def test_bit_rates(rate: int) -> None:
     for timing in (
         BitTiming.for_bit_rate(rate, clock_hz=8_000_000, limits=LIMITS),

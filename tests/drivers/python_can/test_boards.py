@@ -27,6 +27,7 @@ from canwire.drivers.outside import Trouble
 from canwire.drivers.python_can.backends import BACKENDS
 from canwire.drivers.python_can.opening import Setup, open_bus
 from canwire.drivers.python_can.port import parse_port
+from tests.cases import each
 from tests.drivers.outside_bench import (
     AGES_S,
     TIMING,
@@ -328,7 +329,7 @@ def test_ports_are_text() -> None:
     assert parse_port("virtual").channel is None
 
 
-@pytest.mark.parametrize("text", ["", "/", "?a=b", "pcan/x?bitrate=5", "pcan/x?interface=y", "pcan/x?a b=5"])
+@each("text", ["", "/", "?a=b", "pcan/x?bitrate=5", "pcan/x?interface=y", "pcan/x?a b=5"])
 def test_bad_ports(text: str) -> None:
     with pytest.raises(BadValue):
         parse_port(text)

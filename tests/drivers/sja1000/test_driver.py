@@ -25,6 +25,7 @@ from canwire.errors import BadTiming, BadValue, Closed, NoSuchBoard, Unsupported
 from canwire.timeline import Timeline
 from canwire.values.isa_address import port_of
 from canwire.values.record import ABORT_ON_ERROR, SINGLE_SHOT
+from tests.cases import each
 
 TIMING = BitTiming.for_bit_rate(500_000, clock_hz=8_000_000)
 EVENTS = frozenset(
@@ -221,7 +222,7 @@ def test_no_interrupt_costs_one_read() -> None:
 
 
 @pytest.mark.conforms("AC-13")
-@pytest.mark.parametrize(("ier", "shown"), [(None, 0xED), (ACAN_IER, ACAN_IER), (0xEF, 0xEF)])
+@each(("ier", "shown"), [(None, 0xED), (ACAN_IER, ACAN_IER), (0xEF, 0xEF)])
 def test_the_transmit_interrupt_is_on_while_a_frame_is_in_the_chip(ier: int | None, shown: int) -> None:
     """So that IER reads what it was set to whenever nothing is being sent."""
     bench = Bench(registers=() if ier is None else (("IER", ier),))
@@ -365,7 +366,7 @@ def test_what_a_sender_finds_wrong(bench: Bench, bit: str | int, error: ErrorKin
     assert event.code
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "kind"),
     [
         (0x03, ErrorKind.BIT), (0x23, ErrorKind.BIT), (0x18, ErrorKind.FORM), (0x38, ErrorKind.BIT),

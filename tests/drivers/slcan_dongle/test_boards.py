@@ -36,6 +36,7 @@ from canwire.drivers.slcan_dongle import driver, link, session
 from canwire.drivers.slcan_dongle.driver import SlcanDriver
 from canwire.platform import wait_readable
 from canwire.values.frame import record_to_send
+from tests.cases import each
 from tests.drivers.outside_bench import (
     AGES_S,
     TIMING,
@@ -401,7 +402,7 @@ def test_boards_of_a_configuration_may_come_later(tmp_path: Path) -> None:
         dongle.vanish()
 
 
-@pytest.mark.parametrize(
+@each(
     ("board", "message"),
     [
         ('kind = "slcan"', "board[0].port: slcan: its port is missing"),

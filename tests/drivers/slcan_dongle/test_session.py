@@ -19,6 +19,7 @@ from canwire.drivers.slcan_dongle.port import parse_port
 from canwire.drivers.slcan_dongle.session import POLL_NS, Session
 from canwire.drivers.slcan_dongle.user import Adapter, Setup
 from canwire.values.acceptance_orders import sja1000_dual
+from tests.cases import each
 from tests.effort import examples
 
 MS = 1_000_000
@@ -167,7 +168,7 @@ def test_an_adapter_that_has_been_told_to_stamp_is_not_told_again() -> None:
 
 
 @pytest.mark.conforms("CT-03", "CT-04", "CT-12")
-@pytest.mark.parametrize(
+@each(
     ("setup", "commands"),
     [
         (Setup(125_000, "031C"), [b"S4"]),
@@ -204,7 +205,7 @@ def test_what_an_adapter_refuses_is_not_tried_for_ever() -> None:
 
 
 @pytest.mark.conforms("CT-01", "CT-08", "CT-09")
-@pytest.mark.parametrize("reply", [b"z\r", b"Z\r", b"\r"])
+@each("reply", [b"z\r", b"Z\r", b"\r"])
 def test_one_frame_after_the_other_whatever_the_reply(reply: bytes) -> None:
     desk = opened(lambda line: None if line[:1] in (b"t", b"T", b"r", b"R") else usual(line))
     desk.to_send += [b"t10021133", b"T0000010021133", b"r1002", b"R000001000"]
@@ -314,7 +315,7 @@ def test_a_late_answer_is_not_taken_for_another_one() -> None:
     ]
 
 
-@pytest.mark.parametrize("reply", [b"V1013\r", b"F0\r", b"FXY\r", b"no sense\r", b"z\r", b"\xff\xfe\r"])
+@each("reply", [b"V1013\r", b"F0\r", b"FXY\r", b"no sense\r", b"z\r", b"\xff\xfe\r"])
 def test_a_wrong_answer_one_event_and_it_goes_on(reply: bytes) -> None:
     wrong = [reply]
     desk = opened()
@@ -371,7 +372,7 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
 
 
 @pytest.mark.conforms("CT-22")
-@pytest.mark.parametrize(
+@each(
     ("version", "dialect"),
     [
         (b"V1013", CANBUS),
@@ -544,7 +545,7 @@ A, W, P, OFF, _ = ErrorState
 
 
 @pytest.mark.conforms("CT-10", "CT-11", "PL-18")
-@pytest.mark.parametrize(
+@each(
     ("flags", "states"),
     [
         ([0x04, 0x20, 0x20, 0x04], [W, P, W, A]),

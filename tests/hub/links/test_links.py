@@ -38,6 +38,7 @@ from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
+from tests.cases import each
 from tests.hub.links.ways import AGES, accept, leave_dead, listen, unix_only
 from tests.missing import not_on_windows
 
@@ -396,7 +397,7 @@ def test_every_error_arrives_as_what_it_was() -> None:
         assert str(error) == "line 1: what happened, and what to do"
 
 
-@pytest.mark.parametrize("name", ["NotKnownYet", "annotations", "object", "__name__", ""])
+@each("name", ["NotKnownYet", "annotations", "object", "__name__", ""])
 def test_other_names_are_plain_errors(name: str) -> None:
     error = raised(m.Failed(name, "text"))
     assert (type(error), str(error)) == (CanwireError, "text")

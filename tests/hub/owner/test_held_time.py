@@ -12,6 +12,7 @@ from canwire.hub.owner.lockstep.turns import Turns
 from canwire.hub.owner.session import Session
 from canwire.hub.owner.world import World
 from canwire.hub.protocol.messages import AwaitTurn, JoinTime
+from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -67,7 +68,7 @@ class Stage:
         return self.now_s
 
 
-@pytest.mark.parametrize("factor", [0.1, 1, 10])
+@each("factor", [0.1, 1, 10])
 def test_a_second_takes_so_many_of_the_clock(factor: float) -> None:
     made = Stage(factor)
     made.waits(1.0)

@@ -29,6 +29,7 @@ from canwire import (
 from canwire.hub.protocol import lin_messages
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.lin_messages import LinReply, LinRequest
+from tests.cases import each
 
 SERIALS = st.integers(0, 2**64 - 1)
 TIMINGS = [
@@ -202,7 +203,7 @@ def test_a_truncated_request_is_bad(request: Any, keep: int) -> None:
         m.decode_request(payload[: keep % len(payload)])
 
 
-@pytest.mark.parametrize(
+@each(
     "payload",
     [
         [1],
@@ -228,8 +229,8 @@ def test_wrong_shapes_are_bad_messages(payload: Any) -> None:
         m.decode_request(msgspec.msgpack.encode(payload))
 
 
-@pytest.mark.parametrize("before", [b"", b"\x92\x01", b"\x92\x01\x94\xa5Hello\x01\x02"])
-@pytest.mark.parametrize("nest", [b"\x91", b"\x81\xa1a", b"\x93\x01\x02"])
+@each("before", [b"", b"\x92\x01", b"\x92\x01\x94\xa5Hello\x01\x02"])
+@each("nest", [b"\x91", b"\x81\xa1a", b"\x93\x01\x02"])
 def test_deep_nests_are_bad_messages(before: bytes, nest: bytes) -> None:
     for decode in (m.decode_request, m.decode_reply):
         with pytest.raises(BadMessage):
@@ -239,7 +240,7 @@ def test_deep_nests_are_bad_messages(before: bytes, nest: bytes) -> None:
 # bounds
 
 
-@pytest.mark.parametrize("length", [0, m.LARGEST_REQUEST + 1, 2**31, 2**32 - 1])
+@each("length", [0, m.LARGEST_REQUEST + 1, 2**31, 2**32 - 1])
 def test_lengths_out_of_bounds_are_refused_before_they_take_memory(length: int) -> None:
     inbox = m.Inbox(m.LARGEST_REQUEST)
     with pytest.raises(BadMessage, match=str(length)):
@@ -260,7 +261,7 @@ def test_too_large_a_reply_is_not_sent() -> None:
         m.encode_reply(1, m.Failed("HubError", "x" * m.LARGEST_REPLY))
 
 
-@pytest.mark.parametrize(
+@each(
     "request_",
     [m.Close("1"), m.Close(2**64), m.Unplug(object()), m.SetAcceptanceFilter(1, False, -(2**64), 0)],  # type: ignore[arg-type]
 )

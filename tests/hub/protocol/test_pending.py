@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from canwire.hub.protocol.pending import Pending
+from tests.cases import each
 from tests.hubs import LONG_S
 
 
@@ -55,7 +56,7 @@ def interrupted_at(step: int, pending: Pending[int]) -> None:
         gc.enable()
 
 
-@pytest.mark.parametrize("step", range(24))
+@each("step", range(24))
 def test_a_wait_that_was_interrupted_holds_nobody_up(step: int) -> None:
     pending: Pending[int] = Pending()
     interrupted_at(step, pending)

@@ -15,6 +15,7 @@ from canwire import BadText, BadValue, Event, Hub, WantedMode, find_lines
 from canwire.socketcan.daemon.daemon import Daemon
 from canwire.socketcan.daemon.isotp import options_of, pdu_of
 from canwire.socketcan.daemon.listening import Address, listener, parse_address
+from tests.cases import each
 from tests.gateway.test_gateway import CONFIG
 from tests.hubs import LONG_S, connected, embedded
 
@@ -108,7 +109,7 @@ def test_nobody_answers_a_long_message(connect: Connect) -> None:
     assert one.ask(f"< sendpdu {'00' * 20} >") == "< error pdu ECOMM >"
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "said"),
     [
         ("isotpconf 123 321 0 0", "and up to five more"),

@@ -12,6 +12,7 @@ from canwire import BadText
 from canwire.socketcan.bcm.message import RX_DELETE, RX_SETUP, TX_DELETE, TX_SETUP
 from canwire.socketcan.constants import CAN_EFF_FLAG, CAN_RTR_FLAG
 from canwire.socketcan.daemon.words import heard, request, sent_frame
+from tests.cases import each
 
 SENT = [  # doc/protocol.md's examples first
     ("send 123 0", "23010000 00 000000 0000000000000000"),
@@ -22,7 +23,7 @@ SENT = [  # doc/protocol.md's examples first
 ]
 
 
-@pytest.mark.parametrize(("text", "expected"), SENT)
+@each(("text", "expected"), SENT)
 def test_frames_to_send(text: str, expected: str) -> None:
     assert sent_frame(text.split()) == bytes.fromhex(expected)
 
@@ -74,7 +75,7 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", WRONG)
+@each("text", WRONG)
 def test_what_is_no_command(text: str) -> None:
     words = text.split()
     with pytest.raises(BadText):

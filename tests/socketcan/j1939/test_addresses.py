@@ -9,6 +9,7 @@ import pytest
 
 from canwire.socketcan.j1939.endpoint import parse_filters
 from canwire.socketcan.j1939.message import message_of
+from tests.cases import each
 from tests.socketcan.j1939.scene import Scene, Socket
 
 LOW, HIGH = 0x11223340, 0x11223344
@@ -77,7 +78,7 @@ def test_who_cannot_claim_gives_its_address_back() -> None:
     assert scene.lines[-1] == "18EAFFFE 00ee00"
 
 
-@pytest.mark.parametrize("what", ["name", "length", "destination", "nobody"])
+@each("what", ["name", "length", "destination", "nobody"])
 def test_claims_that_are_none(what: str) -> None:
     scene = Scene()
     one = Socket(scene.node(), 0xFF if what == "nobody" else 0x80, LOW)
@@ -97,7 +98,7 @@ def test_the_bus_goes_down_and_takes_all_claims() -> None:
     assert node.network.addresses.name_of(0x80) == 0
 
 
-@pytest.mark.parametrize(
+@each(
     ("identifier", "pgn", "source", "destination"),
     [(0x18EAFF20, 0xEA00, 0x20, 0xFF), (0x19F01330, 0x1F013, 0x30, 0xFF), (0x0C0B2A03, 0xB00, 3, 0x2A)],
 )

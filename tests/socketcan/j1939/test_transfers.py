@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from canwire.socketcan.j1939.codes import Abort, error_of
 from canwire.socketcan.j1939.reports import What
+from tests.cases import each
 from tests.effort import examples
 from tests.socketcan.j1939.scene import Scene, Socket
 
@@ -119,7 +120,7 @@ def test_who_does_not_want_it_does_not_answer() -> None:
     assert sender.over == [errno.EHOSTUNREACH]
 
 
-@pytest.mark.parametrize("reason", [*Abort, 99])
+@each("reason", [*Abort, 99])
 def test_what_an_abort_means(reason: int) -> None:
     scene = Scene()
     sender, _ = pair(scene)
@@ -180,7 +181,7 @@ def test_an_answer_about_another_message_is_refused() -> None:
     assert sender.over == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("line", "reason"),
     [
         ("18EC3055 1007000101002301", Abort.FAULT),  # it would be a single frame

@@ -8,6 +8,7 @@ import pytest
 
 from canwire.errors import BadValue
 from canwire.values.lin.configuration import LinNodeAttributes, LinProduct, LinSlaveConfiguration
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("N-47")
 
@@ -28,7 +29,7 @@ def answer(slave: LinSlaveConfiguration, request: str, at_ns: int = 0) -> str | 
     return found[: 2 + (found[1] & 0xF)].hex(" ").upper() if found[1] < 0x10 else found.hex(" ").upper()
 
 
-@pytest.mark.parametrize(
+@each(
     ("request_", "expected"),
     [
         ("01 06 B2 00 FF 7F FF FF", "01 06 F2 FF 00 01 23 45"),
@@ -133,7 +134,7 @@ def test_an_answer_is_for_the_last_request() -> None:
     assert slave.response(2) is None  # the next response is another node's
 
 
-@pytest.mark.parametrize(
+@each(
     ("change", "why"),
     [({"nad": 0x7E}, "nad 126"), ({"nad": 0}, "nad 0"), ({"identifiers": {1: b"1"}}, "identifier 1"),
      ({"identifiers": {32: bytes(6)}}, "6 bytes")],

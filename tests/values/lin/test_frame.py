@@ -16,6 +16,7 @@ from canwire.values.lin.frame import (
     parity_holds,
     protected_id,
 )
+from tests.cases import each
 from tests.tables import lin_vectors
 
 ids = st.integers(0, 63)
@@ -34,7 +35,7 @@ def test_any_single_bit_change_of_a_protected_identifier_is_noticed() -> None:
 
 
 @pytest.mark.conforms("X4-46")
-@pytest.mark.parametrize(("name", "id", "data", "classic", "enhanced"), lin_vectors.CHECKSUMS)
+@each(("name", "id", "data", "classic", "enhanced"), lin_vectors.CHECKSUMS)
 def test_checksums(name: str, id: int, data: str, classic: int, enhanced: int) -> None:
     payload = bytes.fromhex(data)
     assert lin_checksum(payload) == classic
@@ -67,7 +68,7 @@ def test_the_usual_model() -> None:
     assert LinFrame(0x3F, b"\1", enhanced=True).enhanced
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "message"),
     [
         (lambda: LinFrame(64), "identifier 0x40: a whole number from 0 to 0x3F"),
@@ -132,12 +133,12 @@ def test_go_to_sleep() -> None:
     assert not is_go_to_sleep(0x3C, b"\x01")
 
 
-@pytest.mark.parametrize(("value", "id"), [(0x10, 0x10), (0x50, 0x10), (0xBF, 0x3F), (0x3C, 0x3C)])
+@each(("value", "id"), [(0x10, 0x10), (0x50, 0x10), (0xBF, 0x3F), (0x3C, 0x3C)])
 def test_an_identifier_with_parity_or_without(value: int, id: int) -> None:
     assert checked_id(value) == id
 
 
-@pytest.mark.parametrize("value", [0x40, 0x90, 0xFF, 0x100, 0x150])
+@each("value", [0x40, 0x90, 0xFF, 0x100, 0x150])
 def test_an_identifier_with_wrong_parity(value: int) -> None:
     with pytest.raises(BadFrame, match="right parity bits"):
         checked_id(value)

@@ -18,6 +18,7 @@ from canwire.values.lin.record import (
     record_of_lin_frame,
     record_of_linmsg,
 )
+from tests.cases import each
 
 
 @st.composite
@@ -77,7 +78,7 @@ def test_a_message_may_leave_the_parity_out(pid: int) -> None:
     assert lin_frame_of_record(record) == LinFrame(0x10, b"\7", enhanced=False)
 
 
-@pytest.mark.parametrize(
+@each(
     ("info", "message"),
     [
         (0x90 | 1 << 16, "right parity bits"),
@@ -136,7 +137,7 @@ def test_an_event_comes_back(event: LinEvent) -> None:
 
 
 @pytest.mark.conforms("X4-45")
-@pytest.mark.parametrize(
+@each(
     ("kind", "number"),
     [
         (LinErrorKind.BIT, 1),
@@ -157,7 +158,7 @@ def test_an_error_message_has_pid_ff_its_number_and_the_status(kind: LinErrorKin
 
 
 @pytest.mark.conforms("X4-45")
-@pytest.mark.parametrize("kind", LinEventKind)
+@each("kind", LinEventKind)
 def test_every_event_has_pid_ff_and_its_type(kind: LinEventKind) -> None:
     record = LinEvent(kind, code=1).to_record()
     assert (record[8], record[12], record[13]) == (0xFF, 0xFF, int(kind))

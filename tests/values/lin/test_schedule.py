@@ -6,6 +6,7 @@ import pytest
 
 from canwire.errors import BadValue
 from canwire.values.lin.schedule import LinSchedule, LinSlot, SlotKind
+from tests.cases import each
 
 
 def test_kinds_of_slots() -> None:
@@ -24,7 +25,7 @@ def test_the_resolving_slots_of_an_event_are_its_members_once_each() -> None:
     assert own.resolving == (LinSlot.frame(0x11, delay_ns=9),)
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "message"),
     [
         (lambda: LinSlot.frame(64), "frame slot: LIN identifier 0x40"),

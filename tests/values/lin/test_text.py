@@ -22,6 +22,7 @@ from canwire.values.lin.text import (
     parse_lin_log_line,
 )
 from canwire.values.text import parse_log_line
+from tests.cases import each
 
 FRAMES = [
     ("10#", LinFrame(0x10)),
@@ -74,24 +75,24 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("text", "frame"), FRAMES)
+@each(("text", "frame"), FRAMES)
 def test_frames_both_ways(text: str, frame: LinFrame) -> None:
     assert format_lin_frame(frame) == text
     assert parse_lin_frame(text) == frame
 
 
-@pytest.mark.parametrize(("text", "frame"), READ_ONLY)
+@each(("text", "frame"), READ_ONLY)
 def test_frames_that_are_only_read(text: str, frame: LinFrame) -> None:
     assert parse_lin_frame(text) == frame
 
 
-@pytest.mark.parametrize(("text", "event"), EVENTS)
+@each(("text", "event"), EVENTS)
 def test_events_both_ways(text: str, event: LinEvent) -> None:
     assert format_lin_content(event) == text
     assert parse_lin_content(text) == event
 
 
-@pytest.mark.parametrize(("text", "message"), BAD)
+@each(("text", "message"), BAD)
 def test_bad_text_says_what_is_wrong(text: str, message: str) -> None:
     with pytest.raises(BadText, match=message):
         parse_lin_content(text)
@@ -102,7 +103,7 @@ def test_an_event_cannot_be_sent() -> None:
         parse_lin_frame("WAKEUP#")
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         "(1436509052.249713) lin0 10#0102",
@@ -122,7 +123,7 @@ def test_a_log_line_s_time_and_direction_are_the_frame_s() -> None:
     assert (line.content.timestamp_ns, line.content.sent) == (1_500_000_000, True)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "message"),
     [
         ("lin0 10#01", "no log line"),

@@ -20,10 +20,11 @@ from canwire.values.lin.timing import (
     shortest_slot_ns,
     usual_slot_ns,
 )
+from tests.cases import each
 from tests.tables import lin_vectors
 
 
-@pytest.mark.parametrize("row", lin_vectors.FRAME_TIMES, ids=lambda row: f"N={row[0]}")
+@each("row", lin_vectors.FRAME_TIMES, ids=lambda row: f"N={row[0]}")
 def test_frame_times(row: tuple[int, int, tuple[float, float]]) -> None:
     length, bits, *times = row
     for rate, (nominal, longest) in zip(lin_vectors.RATES, times, strict=True):
@@ -38,7 +39,7 @@ def test_frame_times_at_2400(length: int, nominal: float, longest: float) -> Non
     assert longest_frame_ns(2400, length) / 1e6 == pytest.approx(longest, abs=0.0005)
 
 
-@pytest.mark.parametrize("row", lin_vectors.HEADER_TIMES, ids=lambda row: str(row[0]))
+@each("row", lin_vectors.HEADER_TIMES, ids=lambda row: str(row[0]))
 def test_header_times(row: tuple[float, ...]) -> None:
     rate, bit_us, nominal_ms, longest_ms, break_ms, five_us = row
     bit_ps = bit_time_ps(int(rate))
@@ -71,7 +72,7 @@ def test_slots() -> None:
     )
 
 
-@pytest.mark.parametrize(("edges", "rate"), lin_vectors.SYNC_EDGES, ids=lambda value: str(value))
+@each(("edges", "rate"), lin_vectors.SYNC_EDGES, ids=lambda value: str(value))
 def test_bit_rates_of_sync_fields(edges: tuple[float, ...], rate: int) -> None:
     bit_ps = bit_time_of_sync([round(edge * 1e6) for edge in edges])
     assert bit_ps is not None
@@ -85,7 +86,7 @@ def test_any_rate_is_found_by_its_sync_field(rate: int, start_ps: int) -> None:
     assert bit_rate_of(bit_ps) == rate
 
 
-@pytest.mark.parametrize(
+@each(
     "edges",
     [(0, 4, 6, 8, 10), (0, 2, 6, 8, 10), (0, 2, 4, 6), (0, 0, 0, 0, 0), (0, 2, 4, 6, 9)],
     ids=["0x54", "0x5D", "four", "none", "late"],
@@ -108,7 +109,7 @@ def test_why_a_break_of_13_bits_is_enough() -> None:
 
 
 @pytest.mark.conforms("X3-37")
-@pytest.mark.parametrize("rate", [999, 20001, 0, -1, 19200.0, None])
+@each("rate", [999, 20001, 0, -1, 19200.0, None])
 def test_rates_that_lin_does_not_have(rate: int) -> None:
     with pytest.raises(BadValue, match="LIN runs at 1000 to 20000 bit/s"):
         checked_rate(rate)

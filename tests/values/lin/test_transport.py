@@ -15,6 +15,7 @@ from canwire.values.lin.transport import (
     LinTransmission,
     segments,
 )
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("N-47")
 
@@ -80,7 +81,7 @@ def test_a_transmission_waits_and_gives_up() -> None:
     assert sending.waiting(2_000) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("nad", "payload", "why"),
     [
         (0x100, b"1", "NAD 256"),

@@ -19,6 +19,7 @@ from canwire import (
     timing_findings,
 )
 from canwire.errors import BadTiming
+from tests.cases import each
 
 _CLOCK_HZ = 80_000_000
 
@@ -110,7 +111,7 @@ def test_different_rates(other: tuple[int, float, int], what: str) -> None:
     assert [check.what for check in told] == [what]
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "broken"),
     [
         (ControllerOptions(loop_delay_ns=90), False),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from canwire.errors import BadTiming
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE, FD_DATA, FD_NOMINAL, SJA1000, TimingLimits
+from tests.cases import each
 
 # reference/can-protocol.md section 8 (the VCI V4 manual table, CiA, LAWICEL S0-S8): BTR0, BTR1, bit/s,
 # quantum in ps, quanta, sample point in tenths of a per cent
@@ -60,7 +61,7 @@ def test_predefined_registers_make_their_bit_rates() -> None:
 
 
 @pytest.mark.conforms("PL-06")
-@pytest.mark.parametrize(("btr0", "btr1", "bit_rate", "quantum_ps", "quanta", "sample"), SJA1000_TABLE)
+@each(("btr0", "btr1", "bit_rate", "quantum_ps", "quanta", "sample"), SJA1000_TABLE)
 def test_registers_mean_what_the_table_says(
     btr0: int, btr1: int, bit_rate: int, quantum_ps: int, quanta: int, sample: int
 ) -> None:
@@ -108,7 +109,7 @@ def test_phase1_is_as_long_as_phase2_where_tseg1_allows() -> None:
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize(("bit_rate", "ts1", "ts2", "sjw"), CLASSIC_PRESETS)
+@each(("bit_rate", "ts1", "ts2", "sjw"), CLASSIC_PRESETS)
 def test_classic_presets_become_the_classic_registers(bit_rate: int, ts1: int, ts2: int, sjw: int) -> None:
     timing = BitTiming.from_proportions(bit_rate, ts1, ts2, sjw, 8_000_000, limits=SJA1000)
 
@@ -117,7 +118,7 @@ def test_classic_presets_become_the_classic_registers(bit_rate: int, ts1: int, t
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize(("bit_rate", "ts1", "ts2", "sjw", "tdo", "raw"), DATA_PRESETS)
+@each(("bit_rate", "ts1", "ts2", "sjw", "tdo", "raw"), DATA_PRESETS)
 def test_data_presets_become_registers_of_the_same_bit(
     bit_rate: int, ts1: int, ts2: int, sjw: int, tdo: int, raw: tuple[int, int, int, int, int]
 ) -> None:
@@ -166,14 +167,14 @@ def test_proportions_give_that_bit_rate_and_jump_or_bad_timing(
 
 
 @pytest.mark.conforms("PL-06")
-@pytest.mark.parametrize("bit_rate", sorted(set(BTR_OF_BIT_RATE) - {5_000}))
+@each("bit_rate", sorted(set(BTR_OF_BIT_RATE) - {5_000}))
 def test_usual_rates_get_the_usual_registers(bit_rate: int) -> None:
     timing = BitTiming.for_bit_rate(bit_rate, clock_hz=8_000_000, limits=SJA1000)
     assert timing.to_btr() == BTR_OF_BIT_RATE[bit_rate]
 
 
 @pytest.mark.conforms("PL-06")
-@pytest.mark.parametrize(
+@each(
     ("bit_rate", "sample_point"),
     [
         (125_000, 0.875),
@@ -200,7 +201,7 @@ def test_a_given_jump_is_kept_or_refused() -> None:
         BitTiming.for_bit_rate(2_000_000, sjw=9)
 
 
-@pytest.mark.parametrize(
+@each(
     ("bit_rate", "clock_hz", "limits", "near"),
     [
         (700_000, 8_000_000, SJA1000, "666667 and 727273"),
@@ -269,7 +270,7 @@ def test_a_rate_cut_to_whole_bits_stands_for_the_exact_one() -> None:
     assert BitTiming.for_bit_rate(6_666_666).exact_bit_rate == Fraction(20_000_000, 3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("make", "named"),
     [
         (lambda: BitTiming(0, 13, 2, 1), "prescaler 0"),

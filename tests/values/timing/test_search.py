@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from canwire.errors import BadTiming
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import BTR_OF_BIT_RATE
+from tests.cases import each
 
 
 @pytest.mark.conforms("X4-19")
@@ -24,7 +25,7 @@ def test_search_by_hand() -> None:
 
 
 @pytest.mark.conforms("X4-19")
-@pytest.mark.parametrize(
+@each(
     ("arguments", "why"),
     [
         (

@@ -14,6 +14,7 @@ from canwire.vci.can import line as can_line
 from canwire.vci.can import presets as bit_timing_presets
 from canwire.vci.can import timing as can_timing
 from canwire.vci.can.socket import capabilities2_of, capabilities_of
+from tests.cases import each
 
 BOTH = vci.CAN_OPMODE_STANDARD | vci.CAN_OPMODE_EXTENDED
 FD = vci.CAN_EXMODE_EXTDATA | vci.CAN_EXMODE_FASTDATA
@@ -64,7 +65,7 @@ def init2(**members: Any) -> vci.CanInitLine2:
 
 
 @pytest.mark.conforms("X3-10", "X3-11", "X4-21")
-@pytest.mark.parametrize("kbit", [5, 10, 20, 50, 100, 125, 250, 500, 800, 1000])
+@each("kbit", [5, 10, 20, 50, 100, 125, 250, 500, 800, 1000])
 def test_registers_are_those_of_the_sja1000_at_16_mhz(kbit: int) -> None:
     init = vci.CanInitLine(
         op_mode=vci.CAN_OPMODE_STANDARD,
@@ -80,7 +81,7 @@ def test_registers_are_those_of_the_sja1000_at_16_mhz(kbit: int) -> None:
 
 
 @pytest.mark.conforms("X3-10")
-@pytest.mark.parametrize(
+@each(
     ("flag", "member"),
     [
         (vci.CAN_OPMODE_STANDARD, "standard"),
@@ -129,7 +130,7 @@ def test_autobauds_registers_are_those_that_were_found() -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize(
+@each(
     ("op_mode", "feature"),
     [
         (BOTH, "STDANDEXT"),
@@ -167,7 +168,7 @@ def test_low_speed_needs_that_coupling() -> None:
 
 
 @pytest.mark.conforms("X4-15", "X4-17")
-@pytest.mark.parametrize(
+@each(
     ("ex_mode", "feature"),
     [
         (vci.CAN_EXMODE_EXTDATA, "EXTDATA"),
@@ -183,13 +184,13 @@ def test_a_missing_fd_feature_is_named(ex_mode: int, feature: str) -> None:
 
 
 @pytest.mark.conforms("X4-15")
-@pytest.mark.parametrize("ex_mode", [1, 2, 4, 7])
+@each("ex_mode", [1, 2, 4, 7])
 def test_a_classic_board_knows_no_extended_mode(ex_mode: int) -> None:
     with pytest.raises(vci.VciNotSupported):
         can_line.mode_of_init2(init2(ex_mode=ex_mode), USB_TO_CAN)
 
 
-@pytest.mark.parametrize("op_mode", [0, vci.CAN_OPMODE_LISTONLY, BOTH | 0x40, BOTH | 0x80])
+@each("op_mode", [0, vci.CAN_OPMODE_LISTONLY, BOTH | 0x40, BOTH | 0x80])
 def test_impossible_operating_modes(op_mode: int) -> None:
     with pytest.raises(vci.VciInvalidArgument):
         can_line.mode_of_init(vci.CanInitLine(op_mode, 0, 0, 0x1C), USB_TO_CAN)
@@ -206,7 +207,7 @@ def test_structures_that_c_could_not_hold() -> None:
 
 
 @pytest.mark.conforms("X4-17")
-@pytest.mark.parametrize(
+@each(
     ("ex_mode", "long_data", "fast", "iso"),
     [
         (vci.CAN_EXMODE_DISABLED, False, False, True),
@@ -236,7 +237,7 @@ def test_presets_make_their_rate(name: str, capabilities: canwire.Capabilities) 
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize("name", FAST)
+@each("name", FAST)
 def test_fast_presets_make_their_rate(name: str) -> None:
     preset = FAST[name]
     timing = can_timing.timing_of_btp(preset, USB_TO_CAN_FD, data=True)
@@ -257,7 +258,7 @@ def test_raw_values_are_the_registers() -> None:
 
 
 @pytest.mark.conforms("X4-18")
-@pytest.mark.parametrize(
+@each(
     ("values", "named"),
     [
         ((1, 63, 16, 16, 0), "prescaler 1"),
@@ -371,7 +372,7 @@ def test_a_line_that_others_set_up_is_described() -> None:
 
 
 @pytest.mark.conforms("X4-36")
-@pytest.mark.parametrize(
+@each(
     ("changes", "flags"),
     [
         ({}, vci.CAN_STATUS_ININIT),
@@ -390,7 +391,7 @@ def test_status_flags(changes: dict[str, Any], flags: int) -> None:
 
 
 @pytest.mark.conforms("X4-36")
-@pytest.mark.parametrize(("load", "shown"), [(0.0, 0), (49.6, 50), (100.0, 100), (100.4, 100)])
+@each(("load", "shown"), [(0.0, 0), (49.6, 50), (100.0, 100), (100.4, 100)])
 def test_bus_load_is_percent(load: float, shown: int) -> None:
     assert can_line.line_status(status(None, load=load)).bus_load == shown
     assert can_line.line_status2(status(None, load=load)).bus_load == shown

@@ -18,6 +18,7 @@ from canwire.platform import EventDescriptor
 from canwire.ring import Ring, ring_size
 from canwire.vci.fifo.elements import CAN_MSG2S, CAN_MSGS, Elements, Plain
 from canwire.vci.fifo.size import whole_pages
+from tests.cases import each
 
 
 class Lease:
@@ -87,7 +88,7 @@ def event() -> Iterator[canwire.Event]:
 
 
 @pytest.mark.conforms("X4-08")
-@pytest.mark.parametrize(
+@each(
     ("count", "size", "gets"),
     [
         (32, 16, 254),

@@ -24,6 +24,7 @@ from canwire.vci import (
     controller_types,
 )
 from canwire.vci.lin import constants as lin_constants
+from tests.cases import each
 
 # reference/vci.md section 4, group by group; of the LIN_STATUS_ only OVRRUN and ININIT are in the header
 LIN = {
@@ -84,7 +85,7 @@ def flat(kind: type[Structure]) -> bytes:
 # constants
 
 
-@pytest.mark.parametrize("name", VALUES)
+@each("name", VALUES)
 def test_constants(name: str) -> None:
     assert getattr(lin_constants, name) == getattr(vci, name) == VALUES[name]
 
@@ -106,7 +107,7 @@ def test_words_of_controllers() -> None:
 # structures
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_layout(kind: type[Structure]) -> None:
     name, format_, size, fields = LAYOUTS[kind]
     declared = [tuple(field.split()) for field in fields.split(",")]
@@ -117,7 +118,7 @@ def test_layout(kind: type[Structure]) -> None:
     assert all(hasattr(kind(), python) for _, python in kind.FIELDS)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_bytes_round_trip(kind: type[Structure]) -> None:
     raw = flat(kind)
     for form in (raw, bytearray(raw), memoryview(raw)):
@@ -130,7 +131,7 @@ def test_bytes_round_trip(kind: type[Structure]) -> None:
             kind.from_bytes(wrong)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind is not LinMsg])
+@each("kind", [kind for kind in KINDS if kind is not LinMsg])
 def test_repr_is_an_expression(kind: type[Structure]) -> None:
     read = kind.from_bytes(flat(kind))
     assert eval(repr(read), {each.__name__: each for each in KINDS}) == read
@@ -155,7 +156,7 @@ def test_the_manuals_other_names_are_known() -> None:
     assert ("abData", "data") in LinMsg.FIELDS
 
 
-@pytest.mark.parametrize(
+@each(
     ("bad", "message"),
     [
         (LinInitLine(bitrate=65536), r"LININITLINE\.wBitrate \(bitrate\) is 65536"),
@@ -180,7 +181,7 @@ BITS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BITS)
+@each("name", BITS)
 def test_bits_of_message_info(name: str) -> None:
     low, width = BITS[name]
     highest = 2**width - 1
@@ -196,7 +197,7 @@ def test_bits_of_message_info(name: str) -> None:
             setattr(info, name, wrong)
 
 
-@pytest.mark.parametrize("name", ["ecs", "sor", "ovr", "ido"])
+@each("name", ["ecs", "sor", "ovr", "ido"])
 def test_flags_are_the_bits_of_their_byte(name: str) -> None:
     info = LinMsgInfo()
     setattr(info, name, 1)
@@ -212,7 +213,7 @@ def test_message_info_by_keywords() -> None:
 
 
 # identifier and protected identifier: reference/lin-protocol.md section 3
-@pytest.mark.parametrize(("identifier", "pid"), [(0x00, 0x80), (0x10, 0x50), (0x22, 0xE2), (0x3C, 0x3C)])
+@each(("identifier", "pid"), [(0x00, 0x80), (0x10, 0x50), (0x22, 0xE2), (0x3C, 0x3C)])
 def test_parts_of_the_protected_identifier(identifier: int, pid: int) -> None:
     assert LinMsgInfo(pid=pid).pid & vci.LIN_PIDMASK_ID == identifier
     assert LinMsgInfo(pid=pid).pid & vci.LIN_PIDMASK_PARITY == pid - identifier
@@ -239,7 +240,7 @@ def test_length_follows_the_data() -> None:
             message.data = wrong  # type: ignore[assignment]
 
 
-@pytest.mark.parametrize(
+@each(
     ("info", "length"),
     [
         (LinMsgInfo(dlen=3), 3),

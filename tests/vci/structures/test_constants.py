@@ -10,6 +10,7 @@ from canwire.vci import controller_types
 from canwire.vci.can import presets as bit_timing_presets
 from canwire.vci.can.structures import CanBtp
 from canwire.vci.structures import constants, guids
+from tests.cases import each
 
 # reference/vci.md section 3, group by group
 CAN = {
@@ -101,7 +102,7 @@ def numbers(module: object) -> set[str]:
     return {name for name, value in vars(module).items() if name.isupper() and isinstance(value, int)}
 
 
-@pytest.mark.parametrize("group", CAN)
+@each("group", CAN)
 def test_can_constants(group: str) -> None:
     for name, value in values(CAN[group]).items():
         assert getattr(constants, group + name) == value, group + name
@@ -114,14 +115,14 @@ def test_the_table_above_is_complete() -> None:
 
 
 @pytest.mark.conforms("X4-21")
-@pytest.mark.parametrize("rate", BIT_TIMINGS)
+@each("rate", BIT_TIMINGS)
 def test_bit_timing_registers(rate: int) -> None:
     pair = getattr(constants, f"CAN_BT0_{rate}KB"), getattr(constants, f"CAN_BT1_{rate}KB")
     assert pair == BIT_TIMINGS[rate]
 
 
 @pytest.mark.conforms("X4-21")
-@pytest.mark.parametrize("rate", BIT_TIMINGS)
+@each("rate", BIT_TIMINGS)
 def test_registers_make_their_bit_rate(rate: int) -> None:
     """Bit rate = 16 MHz / (2 * BRP * (1 + TS1 + TS2)): reference/vci.md section 3."""
     bt0, bt1 = BIT_TIMINGS[rate]
@@ -129,7 +130,7 @@ def test_registers_make_their_bit_rate(rate: int) -> None:
     assert made == pytest.approx(rate * 1000, rel=1e-3)
 
 
-@pytest.mark.parametrize(("name", "value"), values(CONTROLLERS).items())
+@each(("name", "value"), values(CONTROLLERS).items())
 def test_controller_types(name: str, value: int) -> None:
     assert getattr(controller_types, f"CAN_CTRL_{name}") == value
     assert getattr(controller_types, f"CAN_TYPE_{name}") == value
@@ -162,7 +163,7 @@ def test_message_flag_makers() -> None:
     assert constants.can_make_msgflags2(ssm=0, hpm=1, edl=0, fdr=0, esi=3) == 0x12
 
 
-@pytest.mark.parametrize(
+@each(
     ("dlc", "length"),
     [*((n, n) for n in range(9)), (9, 12), (10, 16), (11, 20), (12, 24), (13, 32), (14, 48), (15, 64)],
 )
@@ -180,7 +181,7 @@ def test_lengths_between_the_codes_and_beyond() -> None:
     assert [constants.can_len_to_sdlc(n) for n in (9, -1)] == [8, 8]
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@each("name", PRESETS)
 def test_bit_timing_presets(name: str) -> None:
     preset = getattr(bit_timing_presets, f"CAN_BTP_{name}")
     assert preset == CanBtp(0, *PRESETS[name])

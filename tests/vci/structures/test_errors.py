@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from canwire import CanwireError
 from canwire.vci.structures import errors
 from canwire.vci.structures.errors import VciError, VciInvalidArgument, VciTimeout, format_error
+from tests.cases import each
 
 # in the order of their numbers, from E0010001
 CODES = """
@@ -56,7 +57,7 @@ SUBCLASSES = {
 
 
 @pytest.mark.conforms("X4-01")
-@pytest.mark.parametrize(("name", "code"), NUMBERED + SPOT_CHECKS)
+@each(("name", "code"), NUMBERED + SPOT_CHECKS)
 def test_codes_and_their_text(name: str, code: int) -> None:
     assert getattr(errors, name) == code
     assert format_error(code) == format_error(code - 2**32)
@@ -97,7 +98,7 @@ def test_unknown_codes_are_taken_apart() -> None:
     assert format_error(0x60010001) == "0x60010001: unknown result code (information 1 of facility 1)"
 
 
-@pytest.mark.parametrize("code", [2**32, -(2**31) - 1, 1.5, "VCI_OK", None])
+@each("code", [2**32, -(2**31) - 1, 1.5, "VCI_OK", None])
 def test_no_32_bit_number(code: int) -> None:
     with pytest.raises(VciInvalidArgument, match="32-bit") as caught:
         format_error(code)
@@ -106,7 +107,7 @@ def test_no_32_bit_number(code: int) -> None:
         VciError(code)
 
 
-@pytest.mark.parametrize("name", SUBCLASSES)
+@each("name", SUBCLASSES)
 def test_subclasses_by_code(name: str) -> None:
     code = SUBCLASSES[name]
     kind = getattr(errors, name)

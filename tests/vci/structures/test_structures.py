@@ -35,6 +35,7 @@ from canwire.vci.structures import devices as structures
 from canwire.vci.structures.devices import VciDeviceCaps, VciDeviceInfo, VciId
 from canwire.vci.structures.errors import VciInvalidArgument
 from canwire.vci.structures.structure import Structure
+from tests.cases import each
 
 BTP = "2I4H"
 # C name: format, size, fields in order
@@ -102,7 +103,7 @@ def test_no_structure_is_missing() -> None:
     assert set(KINDS) == set(LAYOUTS)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@each("name", LAYOUTS)
 def test_layout(name: str) -> None:
     format_, size, fields = LAYOUTS[name]
     kind = KINDS[name]
@@ -118,7 +119,7 @@ def python_name(c_name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", bare).lower()
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@each("name", LAYOUTS)
 def test_python_names(name: str) -> None:
     declared = KINDS[name].FIELDS[: len(LAYOUTS[name][2].split())]
     assert [python for _, python in declared] == [
@@ -139,7 +140,7 @@ def test_the_manuals_other_names_are_known() -> None:
     assert ("abData", "data") in CanMsg.FIELDS
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@each("name", LAYOUTS)
 def test_bytes_round_trip(name: str) -> None:
     raw = flat(name)
     for form in (raw, bytearray(raw), memoryview(raw)):
@@ -149,7 +150,7 @@ def test_bytes_round_trip(name: str) -> None:
         assert read != KINDS[name]()
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@each("name", LAYOUTS)
 def test_copies_share_nothing(name: str) -> None:
     read = KINDS[name].from_bytes(flat(name))
     for again in (read.copy(), pickle.loads(pickle.dumps(read))):
@@ -160,14 +161,14 @@ def test_copies_share_nothing(name: str) -> None:
     assert line.btp_sdr.bps == 1
 
 
-@pytest.mark.parametrize("name", [name for name in LAYOUTS if KINDS[name] not in MESSAGES])
+@each("name", [name for name in LAYOUTS if KINDS[name] not in MESSAGES])
 def test_repr_is_an_expression(name: str) -> None:
     read = KINDS[name].from_bytes(flat(name))
     assert eval(repr(read), NAMESPACE) == read
     assert repr(KINDS[name]()) == f"{KINDS[name].__name__}()"
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@each("name", LAYOUTS)
 def test_wrong_sizes_are_refused(name: str) -> None:
     kind = KINDS[name]
     for wrong in (b"", bytes(kind.SIZE - 1), bytes(kind.SIZE + 1), None):
@@ -300,7 +301,7 @@ BAD: list[tuple[Structure, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("bad", "message"), BAD)
+@each(("bad", "message"), BAD)
 def test_what_does_not_fit_is_named(bad: Structure, message: str) -> None:
     with pytest.raises(VciInvalidArgument, match=message):
         bad.to_bytes()
@@ -329,7 +330,7 @@ BITS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BITS)
+@each("name", BITS)
 def test_bits_of_message_info(name: str) -> None:
     low, width = BITS[name]
     highest = 2**width - 1
@@ -370,7 +371,7 @@ def test_known_bytes_of_messages() -> None:
     assert CanCyclicTxMsg2(**cyclic).to_bytes() == head + tail + bytes(62)
 
 
-@pytest.mark.parametrize("kind", MESSAGES)
+@each("kind", MESSAGES)
 def test_length_follows_the_data(kind: type[Message]) -> None:
     build: Any = kind
     for length in range(kind.ROOM + 1):
@@ -386,7 +387,7 @@ def test_length_follows_the_data(kind: type[Message]) -> None:
         build(data=5)
 
 
-@pytest.mark.parametrize(
+@each(
     ("bits", "length"),
     [
         ({"dlc": 8}, 8),

@@ -8,6 +8,7 @@ import pytest
 
 from canwire.vci import v3
 from canwire.vci.v3.can.enums import V3_ERRORS
+from tests.cases import each
 
 VALUES: dict[type[Enum], dict[str, int]] = {
     v3.VciBusType: {"UNKNOWN": 0, "CAN": 1, "LIN": 2, "FLEX_RAY": 3, "K_LINE": 4},
@@ -83,12 +84,12 @@ VALUES: dict[type[Enum], dict[str, int]] = {
 
 
 @pytest.mark.finding("vendor 11")
-@pytest.mark.parametrize("kind", VALUES, ids=lambda kind: kind.__name__)
+@each("kind", VALUES, ids=lambda kind: kind.__name__)
 def test_members(kind: type[Enum]) -> None:
     assert {name: member.value for name, member in kind.__members__.items()} == VALUES[kind]
 
 
-@pytest.mark.parametrize(
+@each(
     ("v4", "expected"),
     [
         (0, v3.CanMsgError.OTHER),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from canwire.vci import v3
+from tests.cases import each
 
 # in the manual's own spelling, misprints included; a class of .NET's own stands where V3 has one of that name
 NAMES = {
@@ -129,18 +128,18 @@ def counterpart(kind: str, name: str) -> str:
 MAP = [(kind, name, counterpart(kind, name)) for kind, names in NAMES.items() for name in names]
 
 
-@pytest.mark.parametrize("kind", NAMES)
+@each("kind", NAMES)
 def test_every_class_has_its_counterpart(kind: str) -> None:
     assert kind in v3.__all__
     assert isinstance(getattr(v3, kind), type)
 
 
-@pytest.mark.parametrize(("kind", "name", "python"), MAP, ids=lambda part: str(part))
+@each(("kind", "name", "python"), MAP, ids=lambda part: str(part))
 def test_every_member_has_its_counterpart(kind: str, name: str, python: str) -> None:
     assert hasattr(getattr(v3, kind), python)
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "python"),
     [
         ("MaxDelayedTXTicks", "max_delayed_tx_ticks"),

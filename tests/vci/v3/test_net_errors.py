@@ -10,6 +10,7 @@ import canwire
 from canwire import vci
 from canwire.vci import v3
 from canwire.vci.v3.errors import as_exception, exceptions
+from tests.cases import each
 
 KINDS = [
     (vci.VCI_E_INVALIDARG, v3.ArgumentException),
@@ -22,7 +23,7 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("code", "kind"), KINDS)
+@each(("code", "kind"), KINDS)
 def test_codes_become_exceptions(code: int, kind: type[vci.VciError]) -> None:
     error = as_exception(vci.VciError.of(code, "because"))
     assert type(error) is kind
@@ -42,7 +43,7 @@ def test_exceptions_of_v3_stay_as_they_are() -> None:
     assert raised.value is error
 
 
-@pytest.mark.parametrize(
+@each(
     ("kind", "builtin"),
     [
         (v3.ArgumentException, ValueError),

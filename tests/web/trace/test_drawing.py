@@ -6,6 +6,7 @@ import pytest
 
 from canwire import BitLayout, Frame
 from canwire.web.trace.drawing import BITS, ERROR_DELIMITER, ERROR_FLAG, bits_of, rows_of
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("PG-02")
 FRAMES = [
@@ -17,7 +18,7 @@ FRAMES = [
 ]
 
 
-@pytest.mark.parametrize("frame", FRAMES, ids=str)
+@each("frame", FRAMES, ids=str)
 def test_the_bits_are_the_sender_s_but_for_the_acknowledge(frame: Frame) -> None:
     layout = BitLayout(frame)
     bits = bits_of(frame)
@@ -27,7 +28,7 @@ def test_the_bits_are_the_sender_s_but_for_the_acknowledge(frame: Frame) -> None
     assert [bit.kind for bit in bits].count("stuff") == sum(layout.stuffed)
 
 
-@pytest.mark.parametrize("frame", FRAMES, ids=str)
+@each("frame", FRAMES, ids=str)
 def test_rows_hold_every_bit_once_and_spans_cover_them(frame: Frame) -> None:
     bits = bits_of(frame)
     rows = rows_of(bits)

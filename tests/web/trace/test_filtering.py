@@ -16,6 +16,7 @@ from canwire.web.trace.store.filtering import BadFilter, Language, directed
 from canwire.web.trace.store.history import History
 from canwire.web.trace.store.rows import LOST, mark_row, rows_of
 from canwire.web.trace.store.selection import Selection
+from tests.cases import each
 
 pytestmark = pytest.mark.conforms("PG-02", "PG-12")
 
@@ -60,7 +61,7 @@ def rows() -> numpy.ndarray:
 
 
 @pytest.mark.finding("page B3")
-@pytest.mark.parametrize(
+@each(
     ("text", "passed"),
     [
         ("100", [0, 1]),
@@ -97,7 +98,7 @@ def test_what_passes(language: Language, rows: numpy.ndarray, text: str, passed:
 
 
 @pytest.mark.finding("page 15")
-@pytest.mark.parametrize(("text", "passes"), [("ADE", False), ("id:ADE", False), ("name:ADE", True)])
+@each(("text", "passes"), [("ADE", False), ("id:ADE", False), ("name:ADE", True)])
 def test_a_name_of_hexadecimal_digits_is_meant_by_its_prefix(
     language: Language, text: str, passes: bool
 ) -> None:
@@ -108,7 +109,7 @@ def test_a_name_of_hexadecimal_digits_is_meant_by_its_prefix(
     assert test(rows).tolist() == [passes]
 
 
-@pytest.mark.parametrize(
+@each(
     "text", ["zzz", "200-100", "data: D", "data: xx", "name:", "bus:can9", "Speed > fast", "100 & zzz", "!"]
 )
 def test_a_part_that_means_nothing_is_named(language: Language, text: str) -> None:
@@ -120,7 +121,7 @@ def test_an_empty_filter_is_none(language: Language) -> None:
     assert language.compile(" , ") is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "found"), [("de ad", [2]), ("engine", [0, 1]), ("234567", [3]), ("error", [6]), ("12", [2, 3])]
 )
 def test_searches(language: Language, rows: numpy.ndarray, text: str, found: list[int]) -> None:

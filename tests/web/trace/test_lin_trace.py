@@ -28,6 +28,7 @@ from canwire.values.lin.record import record_of_lin_frame
 from canwire.web.server import Site
 from canwire.web.trace.store.lin import is_lin, lin_message, rows_of_lin
 from canwire.web.trace.store.rows import GAP, LOST
+from tests.cases import each
 from tests.hubs import served_here
 from tests.web.conftest import EMPTY, at, tab
 from tests.web.trace.watching import sender
@@ -230,7 +231,7 @@ def test_a_header_that_was_recorded_alone(steady: Site, asker: httpx.Client, bro
     assert said == ["HEADER", "21", "61", "4", "", ""]
 
 
-@pytest.mark.parametrize("error", list(LinErrorKind))
+@each("error", list(LinErrorKind))
 def test_every_error_has_a_word(asker: httpx.Client, error: LinErrorKind) -> None:
     record = LinEvent(kind=LinEventKind.ERROR, timestamp_ns=1, error=error, id=5).to_record()
     row = rows_of_lin(numpy.frombuffer(record, record_dtype()))[0].tobytes()

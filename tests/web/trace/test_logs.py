@@ -12,6 +12,7 @@ import canwire
 from canwire import Frame, LogEntry, LogMark, MarkKind
 from canwire.web.server import Site
 from canwire.web.trace.logs import writable_formats
+from tests.cases import each
 from tests.web.conftest import at, tab
 from tests.web.trace.watching import Watching
 
@@ -109,9 +110,7 @@ def test_a_file_that_is_no_log_is_told(steady: Site, asker: httpx.Client, tmp_pa
     asker.post("/trace/close", data={"key": key})
 
 
-@pytest.mark.parametrize(
-    "query", [{"source": "log-77", "lines": "can0"}, {"lines": ""}, {"lines": "HW1:0", "format": "x"}]
-)
+@each("query", [{"source": "log-77", "lines": "can0"}, {"lines": ""}, {"lines": "HW1:0", "format": "x"}])
 def test_what_is_not_there_cannot_be_saved(asker: httpx.Client, query: dict[str, str]) -> None:
     assert asker.get("/trace/log", params=query).status_code == 422
 

@@ -10,6 +10,7 @@ import canwire
 from canwire import Frame
 from canwire.web.server import Site
 from canwire.web.trace.store.rows import LOST, mark_row
+from tests.cases import each
 from tests.hubs import LONG_S
 from tests.web.trace.watching import sender, tab_on_trace, watching
 
@@ -48,7 +49,7 @@ def test_without_a_recording_there_is_no_file(asker: httpx.Client) -> None:
     assert asker.post("/trace/record-stop").status_code == 200
 
 
-@pytest.mark.parametrize("lines", ["", "nonsense", "HW1:0,../x"])
+@each("lines", ["", "nonsense", "HW1:0,../x"])
 def test_a_recording_of_no_line_is_refused(asker: httpx.Client, lines: str) -> None:
     assert asker.post("/trace/record", data={"lines": lines}).status_code == 422
 

@@ -13,6 +13,7 @@ import canwire
 from canwire import ChannelMode, Frame, WantedMode
 from canwire.web.server import Site
 from canwire.web.trace.store.rows import rows_of
+from tests.cases import each
 from tests.hubs import LONG_S, served_here
 from tests.web.conftest import holds, served_site
 from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
@@ -151,7 +152,7 @@ def test_a_text_is_found_forwards_and_back(site: Site, hub: canwire.Hub) -> None
         assert list(places.values()) == [numbers[0], numbers[2], numbers[0], -1, numbers[2]]
 
 
-@pytest.mark.parametrize(
+@each(
     "told",
     [
         "",
@@ -201,12 +202,12 @@ def test_the_log_has_every_frame_as_candump_writes_it(
     assert {line.direction for line in lines} == {"T"}
 
 
-@pytest.mark.parametrize("lines", ["", "../etc", "HW1"])
+@each("lines", ["", "../etc", "HW1"])
 def test_a_log_of_no_line_is_refused(asker: httpx.Client, lines: str) -> None:
     assert asker.get("/trace/log", params={"lines": lines}).status_code == 422
 
 
-@pytest.mark.parametrize("record", ["", "00", "zz" * 80, "ff" * 80, "00" * 81])
+@each("record", ["", "00", "zz" * 80, "ff" * 80, "00" * 81])
 def test_a_row_that_is_no_record_is_refused(asker: httpx.Client, record: str) -> None:
     assert asker.get("/trace/row", params={"record": record}).status_code == 422
 

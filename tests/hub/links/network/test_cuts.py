@@ -10,6 +10,7 @@ from canwire.hub.links.network.cuts.absent import Absent
 from canwire.hub.links.network.cuts.broken import Breaks
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.session.settings import CUT_S, LEASE_S, Patience
+from tests.cases import each
 
 pytestmark = [pytest.mark.conforms("N-30"), pytest.mark.finding("machines 3")]
 _S = 1_000_000_000
@@ -80,7 +81,7 @@ class Bench:
             self.client.heard_s = self.hub.heard_s = now_s
 
 
-@pytest.mark.parametrize(("up", "down"), [(True, True), (True, False), (False, True)])
+@each(("up", "down"), [(True, True), (True, False), (False, True)])
 def test_no_cut_of_up_to_30_s_ends_a_connection(up: bool, down: bool) -> None:
     gave_up = {cut_s: who for cut_s in range(1, 31) if (who := Bench(cut_s, up, down).play())}
     assert gave_up == {}

@@ -17,6 +17,7 @@ from canwire.hub.links.network.notes import IncomingNotes, OutgoingNotes
 from canwire.hub.links.network.wire import Count, Report
 from canwire.platform import EventDescriptor, close_descriptors, create_memory
 from canwire.ring import Ring, ring_size, rounded_capacity
+from tests.cases import each
 from tests.effort import examples
 
 pytestmark = pytest.mark.conforms("PL-11")
@@ -220,7 +221,7 @@ def test_messages_come_as_they_were(ring: int, a: int, b: int, c: int, d: int, a
     assert (number, first, bytes(records)) == (ring, a, b"xyz")
 
 
-@pytest.mark.parametrize(
+@each(
     ("address", "endpoint", "name"),
     [
         ("zenoh://lab/bench1", "tcp/bench1:7449", "bench1"),
@@ -233,7 +234,7 @@ def test_an_address_says_where(address: str, endpoint: str, name: str) -> None:
     assert (place.realm, place.name, place.endpoint) == ("lab", name, endpoint)
 
 
-@pytest.mark.parametrize(
+@each(
     "address",
     ["zenoh://", "zenoh://lab", "zenoh://lab/", "zenoh://lab/a/b", "zenoh://lab/a:x", "zenoh://lab/a:0", "zenoh://l*b/a",
      "zenoh://lab/a?via=router", "zenoh://lab/**", "tcp://lab/a"],

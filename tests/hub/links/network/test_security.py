@@ -33,6 +33,7 @@ from canwire.hub.links.network.session.settings import (
     usual,
 )
 from canwire.hub.protocol import messages as m
+from tests.cases import each
 from tests.hub.links.network.places import QUICK, Place, channel, elsewhere, offered, running, until
 from tests.hubs import LONG_S, free_port
 
@@ -201,9 +202,7 @@ def test_mutual_tls_says_who_is_who(tmp_path: Path) -> None:
 
 
 @pytest.mark.conforms("N-32")
-@pytest.mark.parametrize(
-    "endpoint", ["tcp/0.0.0.0:7449", "tcp/192.168.1.5:7449", "tcp/bench1:7449", "tcp/[::]:7449"]
-)
+@each("endpoint", ["tcp/0.0.0.0:7449", "tcp/192.168.1.5:7449", "tcp/bench1:7449", "tcp/[::]:7449"])
 def test_other_machines_come_in_by_name_or_because_it_was_typed(endpoint: str) -> None:
     with pytest.raises(BadValue, match="--access FILE with users, or --insecure"):
         check_reach((endpoint,), None, insecure=False)
@@ -216,7 +215,7 @@ BEHIND = Access(users=USERS, router=Router(user="bench", password="own"))
 
 
 @pytest.mark.finding("machines 1")
-@pytest.mark.parametrize(
+@each(
     ("listen", "doors", "complaint"),
     [
         ((), None, "--access FILE with users and \\[router\\].* or --insecure"),
@@ -276,7 +275,7 @@ def test_a_router_that_asks_nobody_is_not_joined_with_users() -> None:
 
 
 @pytest.mark.finding("machines 11")
-@pytest.mark.parametrize(
+@each(
     ("listen", "via", "shown"),
     [
         (("tcp/0.0.0.0:7449",), (), "zenoh://lab/b.example"),

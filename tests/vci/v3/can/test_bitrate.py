@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 
 from canwire.vci.v3 import ArgumentOutOfRangeException, CanBitrate
+from tests.cases import each
 
 RATES = [
     (10, CanBitrate.CIA_10_KBIT, 0x31, 0x1C),
@@ -22,7 +23,7 @@ RATES = [
 
 
 @pytest.mark.conforms("X3-11")
-@pytest.mark.parametrize(("kbit", "rate", "btr0", "btr1"), RATES)
+@each(("kbit", "rate", "btr0", "btr1"), RATES)
 def test_predefined_rates(kbit: int, rate: CanBitrate, btr0: int, btr1: int) -> None:
     assert (rate.btr0, rate.btr1) == (btr0, btr1)
     assert 16_000_000 / rate.bittime == kbit * 1000
@@ -49,7 +50,7 @@ def test_as_int16_is_signed() -> None:
     assert CanBitrate(0x00, 0x9C).as_int16 == 0x9C00 - 0x10000
 
 
-@pytest.mark.parametrize(("btr0", "btr1"), [(-1, 0), (0, 256), (1.5, 0)])
+@each(("btr0", "btr1"), [(-1, 0), (0, 256), (1.5, 0)])
 def test_registers_hold_a_byte(btr0: int, btr1: int) -> None:
     with pytest.raises(ArgumentOutOfRangeException):
         CanBitrate(btr0, btr1)

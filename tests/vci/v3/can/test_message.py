@@ -17,6 +17,7 @@ from canwire.vci.v3 import (
     CanMsgFrameType,
 )
 from canwire.vci.v3.can.message import received
+from tests.cases import each
 
 FLAGS = [
     ("self_reception_request", 1 << 21),
@@ -34,7 +35,7 @@ def test_a_new_message_is_all_zeros() -> None:
     assert (message.identifier, message.time_stamp, message.data_length) == (0, 0, 0)
 
 
-@pytest.mark.parametrize(("name", "bit"), FLAGS)
+@each(("name", "bit"), FLAGS)
 def test_flags(name: str, bit: int) -> None:
     message = CanMessage()
     assert getattr(message, name) is False
@@ -64,7 +65,7 @@ def test_what_only_receivers_are_told() -> None:
             setattr(message, name, 0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [
         ("data_length", 9),
@@ -114,9 +115,7 @@ def test_repr_shows_the_message() -> None:
     assert repr(message) == "<CanMessage data 0x123 [2] 00 af>"
 
 
-@pytest.mark.parametrize(
-    ("number", "error"), [(4, CanMsgError.BIT), (5, CanMsgError.BIT), (8, CanMsgError.OTHER)]
-)
+@each(("number", "error"), [(4, CanMsgError.BIT), (5, CanMsgError.BIT), (8, CanMsgError.OTHER)])
 def test_error_messages_carry_the_numbers_of_v3(number: int, error: CanMsgError) -> None:
     message = received(CanMsg(type=CanMsgFrameType.ERROR, data=bytes([number, 4])))
     assert (message[0], message[1]) == (error, 4)
@@ -148,7 +147,7 @@ def test_a_cyclic_message_becomes_the_structure() -> None:
     assert message.structure().to_bytes() == bytes.fromhex("0201 03 01 21030000 00000300 0000ff0000000000")
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [("cycle_ticks", 0x10000), ("auto_increment_mode", 4), ("auto_increment_index", 8)],
 )

@@ -11,6 +11,7 @@ from canwire import vci
 from canwire.vci import LinMsg, LinMsgInfo, v3
 from canwire.vci.v3 import ArgumentException, ArgumentOutOfRangeException, LinBitrate, LinInitLine, LinMessage
 from canwire.vci.v3.lin.message import received
+from tests.cases import each
 
 ENUMS: dict[type[Enum], dict[str, int]] = {
     v3.LinOperatingModes: {"SLAVE": 0, "MASTER": 1, "ERRORS": 2},
@@ -49,7 +50,7 @@ RATES = [1000, 1200, 2400, 4800, 9600, 10400, 19200, 20000]
 # enumerations
 
 
-@pytest.mark.parametrize("kind", ENUMS, ids=lambda kind: kind.__name__)
+@each("kind", ENUMS, ids=lambda kind: kind.__name__)
 def test_members(kind: type[Enum]) -> None:
     assert {name: member.value for name, member in kind.__members__.items()} == ENUMS[kind]
 
@@ -62,7 +63,7 @@ def test_errors_that_v3_does_not_know_are_other() -> None:
 # bit rates
 
 
-@pytest.mark.parametrize("rate", RATES)
+@each("rate", RATES)
 def test_predefined_rates(rate: int) -> None:
     made: LinBitrate = getattr(LinBitrate, f"LIN_{rate}_BIT")
     assert made.as_uint16 == rate
@@ -70,7 +71,7 @@ def test_predefined_rates(rate: int) -> None:
     assert made == LinBitrate(rate)
 
 
-@pytest.mark.parametrize(
+@each(
     ("made", "value", "name"),
     [
         (LinBitrate.UNDEFINED, 65535, "Undefined"),
@@ -90,7 +91,7 @@ def test_names_do_not_count() -> None:
     assert LinBitrate(0).name == "Automatic"
 
 
-@pytest.mark.parametrize("rate", [-1, 65536, 9600.0])
+@each("rate", [-1, 65536, 9600.0])
 def test_a_rate_has_16_bits(rate: int) -> None:
     with pytest.raises(ArgumentOutOfRangeException):
         LinBitrate(rate)
@@ -157,9 +158,7 @@ def test_a_new_message_is_all_zeros() -> None:
     assert (message.prot_id, message.time_stamp, message.data_length) == (0, 0, 0)
 
 
-@pytest.mark.parametrize(
-    ("name", "bit"), [("extended_crc", 1 << 24), ("sender_of_response", 1 << 25), ("id_only", 1 << 27)]
-)
+@each(("name", "bit"), [("extended_crc", 1 << 24), ("sender_of_response", 1 << 25), ("id_only", 1 << 27)])
 def test_flags(name: str, bit: int) -> None:
     message = LinMessage()
     assert getattr(message, name) is False
@@ -187,7 +186,7 @@ def test_only_receivers_are_told_of_an_overrun() -> None:
         message.possible_overrun = False  # type: ignore[misc]
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [("data_length", 9), ("data_length", -1), ("prot_id", 256), ("time_stamp", 1 << 32), ("message_type", 7)],
 )
