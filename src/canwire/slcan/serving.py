@@ -116,7 +116,7 @@ class Service:
             served.wire.close()
 
     def _look(self) -> float | None:
-        """See to the wires that nobody is on, and to what slow lines bring; how long until the next time."""
+        """Serve wires without a host and paced lines; returns the seconds until the next time."""
         wait: float | None = None
         now = time.monotonic()
         for served in list(self._served):
@@ -132,7 +132,7 @@ class Service:
         return wait
 
     def _found(self, served: Served, now: float) -> bool:
-        """Somebody is on its wire, or it will tell by itself."""
+        """True if the wire has a host, or needs no periodic check."""
         wire = served.wire
         if wire.look_s is not None and not wire.connected and now >= served.look_at:
             wire.look()
