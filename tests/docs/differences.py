@@ -179,7 +179,7 @@ DONGLE = {
     "the time stamp's zero": "slcan/test_hub_port::stamps_count_from_power_up slcan/test_dongle::time_stamps",
     "BELL for T with more than 29 bits": "slcan/test_dongle::identifiers_of_more_than_29_bits",
     "a remote frame without a length": "slcan/test_dongle::a_remote_frame_without_a_length_asks_for_none",
-    "a pseudo terminal nobody has open": "slcan/test_wires::a_client_finds_the_terminal_raw_and_empty",
+    "a pseudo terminal that no program has open": "slcan/test_wires::a_client_finds_the_terminal_raw_and_empty",
     "TCP": "slcan/test_wires::tcp_serves_one_at_a_time",
     "EEPROM": "slcan/test_dongle::stamping_is_remembered",
     "the speed of the line": "slcan/test_pace::without_a_rate_all_comes_at_once commands_come_one_by_one",

@@ -172,12 +172,12 @@ def test_an_exclusive_channel_is_the_only_one(bench: Bench, hub: Hub, other: Hub
     channel = hub.open_channel(bench.board, 0, exclusive=True)
     assert hub.line_status(bench.board, 0).exclusive
     for exclusive in (False, True):
-        with pytest.raises(InUse, match=r"an exclusive channel on it already, of one \(100\)"):
+        with pytest.raises(InUse, match=r"an exclusive channel already open on it, by one \(100\)"):
             other.open_channel(bench.board, 0, exclusive=exclusive)
     channel.close()
     shared = [each.open_channel(bench.board, 0) for each in (hub, other, hub)]
     assert hub.line_status(bench.board, 0).channels == 3
-    with pytest.raises(InUse, match=r"3 channels on it already, of one \(100\)"):
+    with pytest.raises(InUse, match=r"3 channels already open on it, by one \(100\)"):
         other.open_channel(bench.board, 0, exclusive=True)
     for each in shared:
         each.close()

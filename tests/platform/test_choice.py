@@ -35,5 +35,5 @@ def test_anything_else_is_refused() -> None:
     done = asked("windows")
     assert done.returncode != 0
     assert done.stderr.splitlines()[-1].endswith(
-        "CANWIRE_PLATFORM=windows: portable, or leave it unset for the system's own way"
+        "CANWIRE_PLATFORM=windows: portable, or leave it unset for the fastest means of this system"
     )

@@ -134,7 +134,7 @@ class CanFdDriver(Driver):
 
 
 def _options(settings: LineSettings) -> ControllerOptions:
-    """The options asked for; a timing's tdo is an offset of the delay compensation too."""
+    """The requested options; the tdo of a timing is also an offset of the delay compensation."""
     options, data = settings.options, settings.data_timing
     if options.compensation is None and data is not None and data.tdo:
         return replace(options, compensation=DelayCompensation(1e9 * data.tdo / data.clock_hz))

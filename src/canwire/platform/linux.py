@@ -130,7 +130,7 @@ class EventDescriptor(Waiting):
 
 
 def _open_pipe() -> tuple[int, int]:
-    """Both ends of a pipe that never blocks: the same descriptor where the system can do that."""
+    """Both ends of a pipe that never blocks; the same descriptor for both if the system supports that."""
     ends = os.pipe()
     try:
         if _OPENS_ANEW:

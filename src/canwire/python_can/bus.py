@@ -207,7 +207,7 @@ class CanwireBus(can.BusABC):
         autostart: bool = True,
         modifier_callback: Callable[[can.Message], None] | None = None,
     ) -> CyclicSendTaskABC:
-        """By the hub where that can be, else by a thread of this program, which the log tells."""
+        """Send by the hub's list if possible, else by a thread of this program, which the log reports."""
         messages = [msgs] if isinstance(msgs, can.Message) else list(msgs)
         if modifier_callback is None:
             hub, channel, ticks = self._hub, self._line_channel, self._place.info.capabilities.cyclic

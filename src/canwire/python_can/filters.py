@@ -54,7 +54,7 @@ def _plan(filters: CanFilters, extended: bool) -> tuple[FilterContent, bool]:
 
 
 def _patterns(filters: CanFilters, extended: bool) -> list[Pattern]:
-    """Those that can match in this format, as the hub writes them: the remote bit behind, which nobody asks for."""
+    """The filters for this format in the hub's form: with the remote bit at the end, which is not compared."""
     limit = (1 << (_EXTENDED_BITS if extended else _STANDARD_BITS)) - 1
     found = []
     for one in filters:

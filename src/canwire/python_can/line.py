@@ -94,13 +94,13 @@ def set_listening(hub: Hub, place: LinePlace, wanted: WantedMode) -> None:
 def _on_bus(
     hub: Hub, bus: str, places: list[LinePlace], wanted: WantedMode
 ) -> tuple[LinePlace, Control | None]:
-    """The first line there that nobody uses, at the rate of the others; else the least used one of those that run."""
+    """The first unused line on this bus, at the rate of the others; else the running line with the fewest channels."""
     able = [place for place in places if place.info.capabilities.data is not None or not wanted.fd]
     if not able:
         raise BadValue(f"{bus}: all its lines support classic CAN only; leave fd out")
     wanted = _as_others(hub, places, wanted)
     for place in unused_lines(hub, able):
-        with suppress(InUse, NoSuchBoard, Unplugged):  # somebody was quicker
+        with suppress(InUse, NoSuchBoard, Unplugged):  # another program was faster
             return place, start_line(hub, place, wanted.mode(place.info.capabilities))
     return _shared(hub, able, wanted)
 
@@ -161,7 +161,7 @@ def _check_rates(place: LinePlace, status: LineStatus, wanted: WantedMode) -> No
 
 
 def _as_made(wanted: WantedMode, place: LinePlace) -> WantedMode:
-    """With the rates that this line makes of those asked for: its clock does not divide to all of them."""
+    """The same with the rates that this line can have: its clock may not divide to the requested ones."""
     capabilities = place.info.capabilities
     with suppress(BadTiming):
         rate = wanted.bit_rate and capabilities.timing(wanted.bit_rate).bit_rate

@@ -63,7 +63,7 @@ class SharedList:
                 self._remove(indices)
 
     def _forget_finished(self) -> None:
-        """Tasks whose time is over make room, though nobody has stopped them."""
+        """Remove tasks whose time is over, even if they were not stopped."""
         states = self.lease.status().states
         for task in list(self._tasks):
             if task.indices and all(states[index] == _DONE for index in task.indices):
@@ -181,7 +181,7 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
         self._list = LISTS.put(self, records, self._step * len(records), self._hub, self._channel)
 
     def _counts(self) -> list[int | None]:
-        """How often each message goes out, None: without end."""
+        """How many times each message is sent, None: without end."""
         number = len(self.messages)
         if self.duration is None:
             return [None] * number

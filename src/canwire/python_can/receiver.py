@@ -130,7 +130,7 @@ class Receiver:
                 return None
 
     def _take(self) -> tuple[bool, list[BusEvent]]:
-        """Turn what has come into messages; whether there was anything, and changes of state among it."""
+        """Turn received records into messages; returns whether there were any, and the changes of state."""
         ring = self._end.ring
         blocks = ring.acquire(_BATCH)
         states: list[BusEvent] = []

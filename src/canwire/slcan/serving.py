@@ -116,7 +116,7 @@ class Service:
             served.wire.close()
 
     def _look(self) -> float | None:
-        """See to the wires that nobody is on, and to what slow lines bring; how long until the next time."""
+        """Serve wires without a host and paced lines; returns the seconds until the next time."""
         wait: float | None = None
         now = time.monotonic()
         for served in list(self._served):
@@ -132,7 +132,7 @@ class Service:
         return wait
 
     def _found(self, served: Served, now: float) -> bool:
-        """Its descriptors say when there is something on its wire."""
+        """True if its descriptors say when there is something on the wire: no periodic check is necessary."""
         look_s = served.wire.look_s
         if look_s is not None and (now >= served.look_at or look_s == 0):
             self._work(served, served.wire.look)

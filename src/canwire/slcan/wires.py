@@ -126,7 +126,7 @@ class PtyWire:
         self._clean()
 
     def _clean(self) -> None:
-        """As the first client found it: whatever the last one set would stay, and what it did not read too."""
+        """Reset the terminal: remove the settings of the last client and the bytes that it did not read."""
         slave = os.open(self.terminal, os.O_RDWR | os.O_NOCTTY)
         try:
             tty.setraw(slave, termios.TCSANOW)

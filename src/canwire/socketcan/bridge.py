@@ -85,7 +85,7 @@ class Bridge:
             raise self._failure
 
     def _guarded(self, call: Callable[[], object]) -> Callable[[int], None]:
-        """What an error ends is the bridge."""
+        """Call this; an error ends the bridge."""
 
         def guarded(_: int) -> None:
             try:

@@ -66,7 +66,7 @@ class Echoes:
         return agreeing
 
     def _skip_to(self, record: Array) -> bool:
-        """What was sent before this one has been given up; False: this one is not ours."""
+        """Drop the frames sent before this one, which were discarded; False if no socket here sent this one."""
         skipped = 0
         for _, sent in self._sent:
             same = _same(sent, record)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 WENT, FULL = "sent when the interface went", "sent when its queue was full"
 NOT_BOUND, REFUSED = (
     "sent from a socket that is not bound",
-    "refused, but sent past the C library, where nobody asks",
+    "refused, but sent without the C library, so that no call failed",
 )
 NOT_FRAMES = "no frames that a controller can send (CAN_ERR_FLAG)"
 _NAME = re.compile(r"[^/\s:]{1,15}")

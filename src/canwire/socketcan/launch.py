@@ -80,7 +80,7 @@ def launch(
 
 
 def _place() -> str:
-    """Where sockets belong, if its name is short enough for one and it has room; else where all else is put."""
+    """The runtime directory if its name is short enough for sockets and it has room, else the temporary directory."""
     runtime, usual = os.environ.get("XDG_RUNTIME_DIR", ""), tempfile.gettempdir()
     places = [runtime] if os.path.isdir(runtime) and len(runtime) < _LONGEST_PATH - 30 else []
     for place in (*places, usual):
@@ -93,7 +93,7 @@ def _place() -> str:
 
 
 def _start(directory: str, serving: Serving) -> str:
-    """Have the server run; what keeps it from that, "" if nothing does."""
+    """Start the server; returns the reason if that fails, else ""."""
     program = os.pidfd_open(os.getpid())
     kin, inherited = os.pipe()
     reading, writing = os.pipe()

@@ -107,7 +107,7 @@ def _on_bus(hub: Hub, bus: str) -> list[LinePlace]:
 
 
 def _at_rates_there(hub: Hub, bus: str, wanted: WantedMode) -> WantedMode:
-    """Rates that were not requested are those of the bus."""
+    """The wanted mode, with the rates of the bus for those that were not requested."""
     places = _on_bus(hub, bus) if bus else []
     return wanted.at_rates_on_bus(status for _, status in lines_now(hub, places))
 

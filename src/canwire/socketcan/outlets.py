@@ -75,7 +75,7 @@ class RowOutlet:
         self._limit = max(0, whole - there // _message_size())
 
     def _lose_too_many(self) -> None:
-        """What neither the pair nor the limit has room for."""
+        """Count and drop the rows for which neither the pair nor the limit has room."""
         lost = self._waiting - self._limit
         if lost > 0:  # of the newest ones, which came last
             rows = self._rows.pop()

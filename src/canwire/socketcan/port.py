@@ -179,7 +179,7 @@ class Port:
             listener.take(batch)
 
     def _runs(self) -> bool:
-        """Asked of the line: what an event says of STARTED is the state before."""
+        """True if the line runs, by its status: the state in a STARTED event is the previous one."""
         try:
             return self.place.status(self._setting.hub).running
         except HubError:

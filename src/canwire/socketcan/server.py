@@ -143,7 +143,7 @@ class Server:
             self._loop.stop()
 
     def _flush(self) -> None:
-        """What was sent goes out, or gets no further."""
+        """Wait until waiting frames are sent, or make no progress."""
         self._setting.deserted = lambda: None
         state, since_s = self._left(), self._loop.clock_s()
 

@@ -257,7 +257,7 @@ def test_bus_off_ends_in_listen_only_mode(bench: Bench) -> None:
     assert chip.on_bus
 
 
-# three corners: docs/mcp2515.md
+# three special cases: docs/mcp2515.md
 
 
 @pytest.mark.finding("linux 5")

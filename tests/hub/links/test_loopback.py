@@ -397,7 +397,7 @@ def test_memory_is_kept_until_it_is_open_at_the_client(home: Path, told: list[in
     opened = Memory.open(path)
     passing.take(asides.FETCHED)
     assert list(home.iterdir()) == []
-    with pytest.raises(BadMessage, match="nobody passed on"):
+    with pytest.raises(BadMessage, match="memory that was not passed to it"):
         passing.take(asides.FETCHED)
     opened.close()
 

@@ -187,7 +187,7 @@ def test_a_unix_socket_is_its_users_alone_and_goes_with_the_server(hub: Hub, tmp
         listener(str(path))
     daemon.close()
     assert not path.exists()
-    with pytest.raises(BadValue, match="nobody else reaches"):
+    with pytest.raises(BadValue, match="other machines cannot reach"):
         Daemon(hub, str(path), WantedMode(), 0, lambda _: None, beacon="192.168.0.255")
     path.write_text("no socket")
     with pytest.raises(OSError, match="in use"):

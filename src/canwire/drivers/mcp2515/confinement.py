@@ -38,11 +38,11 @@ class Confined(Sender):
         raise NotImplementedError
 
     def _operate(self) -> None:
-        """The mode that was asked for, unless bus-off."""
+        """Enter the requested mode, unless bus-off."""
         raise NotImplementedError
 
     def _awake(self) -> None:
-        """Asleep no more, nor about to be."""
+        """The chip is neither asleep nor about to sleep."""
         raise NotImplementedError
 
     def restart(self, at_ns: int) -> None:
@@ -68,7 +68,7 @@ class Confined(Sender):
         self.bus_error(ErrorKind.OTHER, transmitting=self._failed())
 
     def _failed(self) -> bool:
-        """A frame of the chip's own met the error: TXERR has just been set, or the counters look like it.
+        """True if the error was in a frame of this chip: TXERR has just been set, or the counters suggest it.
 
         They count every error of a sender's, but the missing acknowledgement of an error-passive one.
         """
@@ -85,7 +85,7 @@ class Confined(Sender):
         return sends
 
     def _error_flags(self) -> None:
-        """ERRIF: overflows, and what has become of the counters."""
+        """Handle ERRIF: overflows, and changes of the error state."""
         flags = self._read(m.EFLG)
         if flags & m.EFLG_OVERFLOWS:
             self._chip.modify(m.EFLG, m.EFLG_OVERFLOWS, 0)
@@ -137,7 +137,7 @@ class Confined(Sender):
 
 
 def _state_of(flags: int) -> ErrorState:
-    """What EFLG says of fault confinement."""
+    """The error state in EFLG."""
     if flags & m.EFLG_TXBO:
         return ErrorState.BUS_OFF
     if flags & (m.EFLG_TXEP | m.EFLG_RXEP):

@@ -139,7 +139,7 @@ class Mcp2515Driver(Confined):
         self._chip.modify(m.CANCTRL, _REQOP, self._mode << m.REQOP_SHIFT)
 
     def _look_asleep(self) -> None:
-        """A chip that was asked to sleep may do so by now."""
+        """Find out whether a chip that was requested to sleep is asleep."""
         if not self._asleep and self._read(m.CANSTAT) >> m.REQOP_SHIFT == m.SLEEP:
             self._asleep = True
             self.tell(EventKind.SLEEPING)

@@ -66,21 +66,21 @@ class Sender(ChipDriver):
         )
 
     def _forget_buffers(self) -> None:
-        """The chip has been reset: what was in its buffers is gone."""
+        """The chip was reset: its buffers are empty."""
         self._transmits = self._one_shot = False
         for buffer in self._buffers:
             buffer.in_chip = buffer.given_up = False
             buffer.priority = 0
 
     def _take_back(self) -> None:
-        """Off the bus: what is in the chip's buffers is not to be sent, and stays in the mailboxes."""
+        """The chip left the bus: cancel the frames in its buffers, which stay in the mailboxes."""
         for buffer in self._buffers:
             if buffer.in_chip:
                 self._chip.modify(buffer.control, m.TX_TXREQ, 0)
                 buffer.in_chip = False
 
     def _send_all(self) -> None:
-        """Whatever is in a mailbox, once the chip can send again."""
+        """Send all frames in mailboxes, once the chip can send again."""
         for buffer in self._buffers:
             if buffer.box.occupied and self._transmits:
                 self._send(buffer)
@@ -125,7 +125,7 @@ class Sender(ChipDriver):
         self._chip.request_to_send(buffer.bit)
 
     def _order(self) -> None:
-        """TXP by rank, among what is in the chip."""
+        """Set TXP of the loaded buffers by the rank of their frames."""
         loaded = [buffer for buffer in self._buffers if buffer.in_chip]
         if len(loaded) > 1:
             loaded.sort(key=_rank)
@@ -137,7 +137,7 @@ class Sender(ChipDriver):
             priority -= 1
 
     def _finished(self, buffer: TransmitBuffer, delivered: bool) -> None:
-        """The frame in a mailbox went through, or was given up; the next one may come."""
+        """The frame in a mailbox was delivered or aborted; the next one may be loaded."""
         buffer.in_chip = False
         if self._one_shot and not any(other.in_chip and other.box.single_shot for other in self._buffers):
             self._one_shot = False
@@ -145,7 +145,7 @@ class Sender(ChipDriver):
         self.over(buffer.box, delivered)
 
     def _review(self, failed: bool = True) -> None:
-        """Frames that lost arbitration, and those that the chip does not try any more; not those that `failed`."""
+        """Handle frames that lost arbitration or that the chip no longer tries, except those that `failed`."""
         again = 0
         for buffer in self._buffers:
             if not buffer.in_chip:

@@ -157,7 +157,7 @@ class Adapter:
             self._tell(partial(self._user.sent, self, why_not))
 
     def _confirmed(self, bus: Any) -> str:
-        """Wait until the bus has taken the frame, as long as there is an adapter; why it has not."""
+        """Wait until the frame was on the bus, or the adapter is gone; returns why it was not sent, or ""."""
         while not bus.sent(_LOOK_S):
             if self._closed.is_set() or not self._open.is_set():
                 return "the adapter was closed before the bus took the frame"
@@ -219,7 +219,7 @@ def _message(can: Any, frame: Frame) -> Any:
 
 
 def _attempt(bus: Any, message: Any, closed: threading.Event) -> str:
-    """ "" once it is sent; why it is not, after a few tries: a full queue passes."""
+    """Send a message in a few tries, since a queue may be full for a moment; returns why it failed, or ""."""
     why_not = ""
     for pause_s in (*_TRIES_S, 0):
         try:

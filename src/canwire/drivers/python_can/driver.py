@@ -132,7 +132,7 @@ class PythonCanDriver(OutsideDriver, User):
             self.transmit(self.normal, self.timeline.now_ns)
 
     def _looked(self, why: str) -> None:
-        """What shows without opening it, for a line that nobody has started yet."""
+        """The result of `look`, for a line that is not running yet: an obstacle, or ""."""
         if self._adapter is None and why:
             self.hindered(why)
         elif self._adapter is None:

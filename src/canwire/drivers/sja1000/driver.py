@@ -119,7 +119,7 @@ class Sja1000Driver(ChipDriver):
             self._woken()
 
     def _enter_reset(self) -> None:
-        """A frame in the chip's buffer is gone, that in the mailbox stays."""
+        """Enter reset mode; a frame in the chip's buffer is lost, the one in the mailbox stays."""
         self._chip.enter_reset()
         self._transmits = self._in_chip = False
 
@@ -199,7 +199,7 @@ class Sja1000Driver(ChipDriver):
         write(m.CMR, request | m.CMR_AT if self.normal.single_shot else request)
 
     def _finished(self, delivered: bool) -> None:
-        """The frame in the mailbox went through, or was given up; the next one may come."""
+        """The frame in the mailbox was delivered or aborted; the next one may be loaded."""
         if self._in_chip:
             self._chip.expect_transmit(False)
         self._in_chip = False

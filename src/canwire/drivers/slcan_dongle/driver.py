@@ -91,7 +91,7 @@ class SlcanDriver(OutsideDriver):
             self._poke()
 
     def _is_so_already(self, before: Setup | None) -> bool:
-        """An adapter leaves its bus to be set up, and loses what it has not handed on by then: not for nothing."""
+        """True if the adapter already has these settings: a change interrupts reception, so an equal one is skipped."""
         assert self._setup is not None
         if self.on_bus:
             active = self.state is ErrorState.ERROR_ACTIVE

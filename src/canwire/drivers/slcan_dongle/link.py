@@ -120,7 +120,7 @@ class Link:
             self._reactor.post(lambda: None if self._closed.is_set() else self._failed(why))
 
     def _find(self) -> str:
-        """Where it is now: where the system shows its serial number, else at its old place."""
+        """The port of the adapter: the one with its serial number in the system's list, else the previous one."""
         url, wanted = self._port.url, self._usb_serial
         if not wanted or "://" in url:
             return url
@@ -173,7 +173,7 @@ class Link:
                 return
 
     def _flush(self) -> None:
-        """As much as the port takes; the rest when it is writable."""
+        """Write as much as the port accepts; write the rest when it is writable."""
         source = self._source
         try:
             sent = os.write(source.fileno(), self._pending)

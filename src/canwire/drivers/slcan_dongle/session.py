@@ -84,7 +84,7 @@ class Session:
                     return
 
     def _failed(self, error: NoAnswer | WrongAnswer) -> None:
-        """One event until something goes well again."""
+        """Report an error, with one event until the next success."""
         self._failures += 1
         if not self._told:
             self._told = True
@@ -95,7 +95,7 @@ class Session:
         self._failures, self._told = 0, False
 
     def _greet(self) -> Talk[bool]:
-        """False where it is another adapter than the one that is meant."""
+        """Greet the adapter; False if it is not the wanted one."""
         version = yield Ask(b"\r\r\rV", _VERSION, searches=True)
         dialect = recognised(version)
         for _ in range(_ATTEMPTS):  # an old answer may have come before
@@ -133,7 +133,7 @@ class Session:
         return False
 
     def _serve(self) -> Talk[None]:
-        """Until something goes wrong."""
+        """Serve the user until an error occurs."""
         user = self._user
         while True:
             wanted = user.wanted
@@ -195,7 +195,7 @@ class Session:
             yield Ask(b"F", _FLAGS)
 
     def _filter(self, dialect: Dialect, wanted: Setup) -> Talk[None]:
-        """What an earlier program has set stays until then."""
+        """Set M and m if needed; the values of an earlier program stay until then."""
         if not dialect.filters:
             if wanted.accept is not None:
                 raise _Refused("acceptance filters")
@@ -267,14 +267,14 @@ class Session:
             user.given_up()
 
     def _take_turns(self) -> Talk[None]:
-        """Where no answer holds frames up, others have their turn now and then."""
+        """After many frames without answers, rest, so that other work of the hub gets a turn."""
         self._row = (self._row + 1) % _IN_A_ROW
         if self._row == 0:
             self._rest(self._now())
             yield None
 
     def _poll(self) -> Talk[int]:
-        """F; returns the flags. Where the channel turns out to be closed, it shall be opened again."""
+        """Send F and return the flags. If the channel turns out to be closed, it is opened again."""
         assert self.adapter is not None
         if not self.adapter.dialect.flags:
             self._poll_at_ns = NEVER

@@ -25,7 +25,7 @@ def setup_of(settings: LineSettings) -> Setup:
 
 
 def _btr(settings: LineSettings) -> str | None:
-    """BTR0 and BTR1 as four digits; None where they cannot say it."""
+    """BTR0 and BTR1 as four digits; None if they cannot hold the timing."""
     if settings.timing.clock_hz != _DATA_SHEET_HZ:
         return None
     try:
@@ -35,7 +35,7 @@ def _btr(settings: LineSettings) -> str | None:
 
 
 def _accept(settings: LineSettings) -> tuple[int, int] | None:
-    """M's and m's values if they were asked for: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
+    """The requested values of M and m, if any: registers ACR0..3 and AMR0..3, the first one in the highest byte."""
     values = {name: value for name, value in settings.registers if name not in _ITS_OWN}
     if not values:
         return None

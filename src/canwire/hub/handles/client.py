@@ -180,7 +180,7 @@ class Client(ClientTime):
 
 
 def _close_elsewhere(link: Link) -> None:
-    """A client was forgotten. The collector may have come by in any thread, even the hub's: another one hangs up."""
+    """Close the link of a client without references in a new thread: the collector may run in any, even the hub's."""
     with contextlib.suppress(RuntimeError):  # the interpreter is on its way out, and starts no threads
         threading.Thread(target=link.close, name="canwire-forgotten", daemon=True).start()
 

@@ -201,7 +201,7 @@ class RingEnd:
         self.ring.close()
 
     def _waited(self) -> None:
-        """One thread less; where there is nothing to wait for any more, the others wake up one after the other."""
+        """A thread has stopped waiting; if the end is closed, wake the other threads one after the other."""
         with self._lock:
             self._waiting -= 1
             if self._waiting and self._over():

@@ -136,7 +136,7 @@ class Event:
                     self._any.remove(signal.descriptor)
 
     def _take(self) -> bool:
-        """Take back every signal there is; was there one?"""
+        """Clear all signals; True if there was one."""
         with self._lock:
             taken = self._own.wait(0)
             for signal in self._signals:

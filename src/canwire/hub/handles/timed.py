@@ -212,7 +212,7 @@ class Timed:
 
 
 def _word() -> str:
-    """This process's; a fork's is another one."""
+    """The word of this process; a fork has another one."""
     return f"{os.getpid()}-{_WORD}"
 
 
@@ -222,7 +222,7 @@ _THREAD = _Thread()
 
 
 def _after_fork() -> None:
-    """What this thread knew is the parent's, pages too."""
+    """In a fork: discard the thread's state, including pages, since it belongs to the parent."""
     _THREAD.place.seats.clear()
     _THREAD.place.leaving.clients.clear()
 

@@ -32,7 +32,7 @@ def open_session(
 
 
 def _answer(request: Message, session: Session, world: World) -> Answer | Deferred:
-    """One that takes time ends the turn of a program that keeps its time with others."""
+    """Answer a request; an answer that takes time ends the turn of a program in lockstep."""
     answer = ANSWERS.answer(request, session, world)
     if not isinstance(answer, tuple):
         session.await_answer(answer)

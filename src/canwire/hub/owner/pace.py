@@ -185,9 +185,9 @@ class FastPace(RealPace):
         return RealPace.run(self) if timeline.busy_ns() >= _NEVER else wait_ns / 1e9
 
     def _held_up(self) -> bool:
-        """Time has to keep to the clock: somebody needs it, or has been waited for in vain.
+        """True if time has to follow the clock: a bus is not healthy, or a reader has not read for too long.
 
-        What was found once holds until `clear_until_ns`: a small step of the bus costs no look at every queue.
+        A result holds until `clear_until_ns`, so that a small step of the bus needs no check of all queues.
         """
         world = self._world
         if self._timeline.now_ns < world.clear_until_ns:
@@ -203,13 +203,13 @@ class FastPace(RealPace):
         return self._patience_ns() == 0
 
     def _patience_ns(self) -> int:
-        """How much longer a reader is waited for, 0: not at all."""
+        """How much longer to wait for a reader, 0: not at all."""
         if self._patient_until_ns == 0:
             return 0
         return max(0, self._patient_until_ns - self._monotonic_ns())
 
     def _go_on_from_here(self) -> None:
-        """From now on the clock counts from the timeline's time, which so never goes back."""
+        """Count the clock from the timeline's time from now on, so that time never goes back."""
         self._origin_ns = self._monotonic_ns() - self._timeline.now_ns
         self._rest_until_ns = 0
 

@@ -188,7 +188,7 @@ def _accept(listener: socket.socket, token: bytes, rings: FarRings) -> None:
 
 
 def _answer_on(connection: socket.socket, token: bytes, helper: Helper, rings: FarRings) -> None:
-    """Until the program closes it; strangers are turned away."""
+    """Answer until the program closes the connection; close it if the token is wrong."""
     with connection, contextlib.suppress(ConnectionError, TimeoutError):
         connection.settimeout(_PATIENCE_S)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

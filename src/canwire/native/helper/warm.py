@@ -82,7 +82,7 @@ def _stay(listening: socket.socket, seconds: float) -> Served:
 
 
 def _fork_for(asking: socket.socket, listening: socket.socket) -> Served | None:
-    """In the new helper: whom it serves."""
+    """Fork a helper for the caller; in the new helper, return the program that it serves."""
     _, user, _ = _CREDENTIALS.unpack(
         asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     )

@@ -101,7 +101,7 @@ class Watching:
             self._start_timeout()
 
     def _place(self, frame: bytes) -> int | None:
-        """Which of the frames set up it is compared to; None: none."""
+        """The index of the frame of RX_SETUP that it is compared with; None: none."""
         frames = self._kept.frames
         if len(frames) < 2:
             return 0

@@ -248,7 +248,7 @@ class Client:
             self._jobs.manage(message)
 
     def _put(self, frame: bytes) -> None:
-        """One of a job's frames: the next one comes anyway."""
+        """Send a frame of a job; it may be dropped, since the next one follows."""
         port = self._port
         if port is not None and port.room():
             self._put_surely(port, frame)
@@ -256,7 +256,7 @@ class Client:
             self.lost += 1
 
     def _put_surely(self, port: Port, frame: bytes) -> None:
-        """As soon as there is room."""
+        """Send a frame as soon as there is room."""
         if self._over or port.lost:
             return
         if port.room():

@@ -39,7 +39,7 @@ _FIRST_SLOT = 1 << 16  # numbers of clients, apart from those of the table
 def check_beacon(listens: Address, beacon: str) -> None:
     """Raises BadValue if the beacon would name a loopback address or a Unix socket to other machines."""
     if isinstance(listens, str):
-        raise BadValue(f"beacon to {beacon}: nobody else reaches {listens}; give --listen HOST:PORT")
+        raise BadValue(f"beacon to {beacon}: other machines cannot reach {listens}; give --listen HOST:PORT")
     if _is_loopback(listens[0]) and not _is_loopback(beacon):
         raise BadValue(
             f"beacon to {beacon}: it would name {listens[0]}, by which other machines cannot reach this one; give "

@@ -138,7 +138,7 @@ class Network:
             self._answered(kind, message)
 
     def _announced(self, kind: Kind, message: Message) -> None:
-        """A message is about to come."""
+        """Process the announcement of a message (RTS or BAM)."""
         pgn = _pgn_of(message.data)
         key = kind, message.source, message.destination
         before = self._receivings.get(key)
@@ -196,7 +196,7 @@ class Network:
             receiving.offset(message.data)
 
     def _answered(self, kind: Kind, message: Message) -> None:
-        """CTS or the end of a message that is sent from here."""
+        """Process CTS or the acknowledgement of a message that is sent from here."""
         sending = self._sendings.get((kind, message.destination, message.source))
         if sending is None:
             return
@@ -207,7 +207,7 @@ class Network:
             sending.clear_to_send(message.data)
 
     def _aborted(self, kind: Kind, message: Message) -> None:
-        """By either side, and of a message in either direction."""
+        """Process an abort by either side, of a message in either direction."""
         there, back = (
             (kind, message.source, message.destination),
             (kind, message.destination, message.source),
@@ -223,14 +223,14 @@ class Network:
                 transfer.aborted(message.data)
 
     def _is_of(self, transfer: Transfer, message: Message, otherwise: Abort) -> bool:
-        """The frame names the same PGN; else it is refused."""
+        """True if the frame names the PGN of this transfer; else refuse it."""
         same = transfer.message.pgn == _pgn_of(message.data)
         if not same:
             self._refuse(transfer.kind, message, otherwise)
         return same
 
     def _refuse(self, kind: Kind, message: Message, reason: Abort) -> None:
-        """An abort to who sent this."""
+        """Send an abort to the sender of this frame."""
         if not message.is_broadcast:
             data = bytes((ABORT, reason)).ljust(5, bytes((PAD,))) + message.data[5:8]
             self.put(replace(reversed_message(message), pgn=kind.control, data=data), None)
@@ -247,6 +247,6 @@ def _key_of(transfer: Transfer) -> _Key:
 
 
 def _pgn_of(data: bytes) -> int:
-    """That of the message which a control frame is about."""
+    """The PGN of the message that a control frame concerns."""
     pgn = int.from_bytes(data[5:8], "little")
     return pgn & 0xFFFF00 if has_destination(pgn) else pgn

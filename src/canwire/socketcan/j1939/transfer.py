@@ -76,7 +76,7 @@ class Transfer:
         return replace(self.message, pgn=self.kind.control, data=whole)
 
     def _await(self, seconds: float | None) -> None:
-        """Something has to come within this time; None: nothing has to."""
+        """Expect a frame within this time; None: expect none."""
         if self._timeout is not None:
             self._timeout.cancel()
         self._timeout = None

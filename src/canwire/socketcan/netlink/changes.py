@@ -73,7 +73,7 @@ class Changes:
             self._tell(port, self._kernel[port].recv(_LARGEST))
 
     def _note(self, interface: Interface) -> None:
-        """Told in the loop's next turn, once for all that changes until then."""
+        """Report a change in the loop's next turn, once for all changes until then."""
         if not self._groups:
             return
         if not self._changed:
@@ -94,7 +94,7 @@ class Changes:
                 self._tell(port, told)
 
     def _tell(self, port: int, data: bytes) -> None:
-        """Who reads too slowly misses it, as of the kernel; who is gone is forgotten."""
+        """Send a message; a slow reader misses it, as from the kernel, and a closed port is removed."""
         try:
             self._end.sendto(data, (port, 0))
         except BlockingIOError:

@@ -116,7 +116,7 @@ class NetlinkDoor:
                         return
 
     def _send(self, data: bytes, port: int) -> None:
-        """Who reads too slowly misses it, as of the kernel."""
+        """Send an answer; a slow reader misses it, as from the kernel."""
         if data:
             with suppress(ConnectionRefusedError, BlockingIOError):
                 self._end.sendto(data, (port, 0))

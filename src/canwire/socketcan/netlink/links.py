@@ -158,7 +158,7 @@ class Links:
         return [attribute(_STATS64, struct.pack("<24Q", *numbers, 0)), attribute(_STATS, short)]
 
     def _line_of(self, interface: Interface) -> tuple[LinePlace, LineMode, LineStatus]:
-        """Where it is or would be, how it is set up or would be, and its status."""
+        """The line that the interface uses or would use, its present or future mode, and its status."""
         hub, port = self._setting.hub, self._ports.known(interface.index)
         place = port.place if port is not None else _candidate(hub, interface)
         status = place.status(hub)

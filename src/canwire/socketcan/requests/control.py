@@ -143,7 +143,7 @@ class Control:
 
 
 def _process_of(connection: socket.socket) -> int:
-    """The one at the other end."""
+    """The process at the other end."""
     credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12)
     process: int = struct.unpack("<iII", credentials)[0]
     return process

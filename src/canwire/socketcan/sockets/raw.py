@@ -72,7 +72,7 @@ class RawSocket(StampedSocket):
             self.interface_lost(self.setting.interfaces.by_index[index], errno.ENETDOWN)
 
     def _ports_at(self, index: int) -> list[Port]:
-        """Of this interface, 0: of all; none where it is down, and heard once it is up. Raises OSError."""
+        """The ports of this interface, 0: of all; empty while it is down, until it is up. Raises OSError."""
         if not index:
             return self.ports.of_all()
         return [] if self.ports.is_down(index) else [self.ports.port(index)]
@@ -174,7 +174,7 @@ class RawSocket(StampedSocket):
             self._collect()
 
     def _send_past_library(self, frame: bytes) -> None:
-        """By fwrite, splice, a plain system call: nobody could say what is wrong with it, so it is counted."""
+        """Send a frame from fwrite, splice or a plain system call. Failures are counted, since none can be returned."""
         index = self.setting.table.bound_to(self.slot)
         if not index or len(frame) not in (CAN_MTU, CANFD_MTU):
             self.setting.interfaces.drop(index, 1, NOT_FRAMES if index else NOT_BOUND)
@@ -229,7 +229,7 @@ class RawSocket(StampedSocket):
             self._collect_soon()
 
     def _send_held(self) -> bool:
-        """Send what was kept back; False: there is no room yet, and `_collect` comes again once there is."""
+        """Send the frames that were kept back; False if there is no room yet: `_collect` is called again then."""
         while self._held:
             index, rows = self._held[0]
             port = self.ports.known(index)

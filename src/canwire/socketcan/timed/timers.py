@@ -121,7 +121,7 @@ class TimerDescriptors:
 
 
 def _drain(descriptor: int) -> None:
-    """What it has counted so far is nobody's any more."""
+    """Discard the count so far."""
     ready = select.poll()
     ready.register(descriptor, select.POLLIN)
     if ready.poll(0):

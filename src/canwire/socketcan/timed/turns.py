@@ -236,14 +236,14 @@ class TimedWaiter:
             self._either.poll(None)
 
     def _awaits_children(self, seat: Seat, children: list[int]) -> None:
-        """It looks again when one of them has ended, which may be so already."""
+        """Let the thread check again when one of these children has ended, which may have happened already."""
         seat.children = children
         for child in children:
             self._watch_process(child)
         seat.looks = not children or not all(child in self._ends for child in children)
 
     def _next(self) -> Seat | None:
-        """In turns; who waits for no time at all lets programs elsewhere run before it has another one."""
+        """The next thread to run, in turns; one that waits for 0 seconds first lets programs elsewhere run."""
         seats = list(self._seats.values())
         begin = seats.index(self._last) + 1 if self._last in seats else 0
         for seat in seats[begin:] + seats[:begin]:
@@ -278,4 +278,4 @@ class TimedWaiter:
 
 
 def _nothing() -> None:
-    """The turn of who waits for an answer."""
+    """The turn of a thread that waits for an answer."""

@@ -171,7 +171,7 @@ class GsUsbBus:
         return message
 
     def _take(self) -> None:
-        """Have the interface; Linux's own driver keeps it unless it is to be detached."""
+        """Detach Linux's driver if it has the adapter; raises OSError unless that was requested."""
         attached = getattr(self._device, "is_kernel_driver_active", None)
         try:
             taken = attached is not None and bool(attached(0))
@@ -182,7 +182,7 @@ class GsUsbBus:
                 raise OSError(
                     errno.EBUSY,
                     "Linux's gs_usb has this adapter as a network interface: share that (python-can:socketcan/can0), "
-                    "or add ?detach=true to take it away from Linux",
+                    "or add ?detach=true to detach Linux's driver",
                 )
             self._device.detach_kernel_driver(0)
 
@@ -208,7 +208,7 @@ class GsUsbBus:
         self._control(Request.MODE, mode_bytes(True, flags))
 
     def _flags(self, can: Abilities) -> int:
-        """Of the mode: what the line wants, and time stamps and reports of errors where there are some."""
+        """The flags of the mode: those for the line, and time stamps and error reports if the adapter has them."""
         flags = can.flags & (Ability.STAMPS | Ability.BUS_ERRORS)
         for wanted, ability, what in (
             (self._opening.data_timing is not None, Ability.FD, "CAN FD"),

@@ -35,7 +35,9 @@ class Passing:
         if len(self._unfetched) >= _MOST_UNFETCHED:
             for thing in descriptors:
                 thing.close()
-            raise LimitReached(f"the client has not opened {len(self._unfetched)} memories that it asked for")
+            raise LimitReached(
+                f"the client has not opened {len(self._unfetched)} shared memories that it requested"
+            )
         items = [self._item(thing) for thing in descriptors]
         if memories:
             self._unfetched.append(memories)
@@ -46,7 +48,7 @@ class Passing:
         letter = payload[:1]
         if letter == asides.FETCHED:
             if not self._unfetched:
-                raise BadMessage("memory was opened that nobody passed on")
+                raise BadMessage("the client reports memory that was not passed to it")
             _close(self._unfetched.popleft())
         else:
             number = asides.number_in(payload)

@@ -63,7 +63,7 @@ def read_place(path: str) -> Place | None:
     try:
         descriptor = os.open(path, _OLD)
     except PermissionError:
-        raise HubError(f"{path} belongs to somebody else; choose another path") from None
+        raise HubError(f"{path} belongs to another user; choose another path") from None
     except OSError as error:
         if error.errno in _NO_PLACE:
             return None

@@ -59,7 +59,8 @@ def dial(address: str) -> socket.socket:
     except TimeoutError:
         connection.close()
         raise HubLost(
-            f"{address}: somebody listens but lets nobody in for {_DIAL_TIMEOUT_S:.0f} seconds; is the hub stopped?"
+            f"{address}: a program listens but accepts no connection for {_DIAL_TIMEOUT_S:.0f} seconds; is the hub "
+            "stopped?"
         ) from None
     except OSError:  # refused, or closed immediately: the port is free, or another program's
         proven = False

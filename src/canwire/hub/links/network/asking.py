@@ -82,7 +82,7 @@ class Asker:
         silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
         if silent_s > self._silence_s:
             raise HubLost(
-                f"{self._address} has not been heard of for {silent_s:.1f} s; channels stay open, and continue "
+                f"no message from {self._address} for {silent_s:.1f} s; channels stay open, and continue "
                 "if the network comes back"
             )
 

@@ -291,7 +291,7 @@ class Bridge:
             for guest in guests:
                 guest.late.tell()
             for client in silent:
-                self._say_farewell(client, "this program keeps one time with others, and was not heard of")
+                self._say_farewell(client, "this program takes part in lockstep, and sent no sign of life")
             for client in {*gone, *silent}:
                 self._leave(client)
             self._stopping.wait(wait_s)

@@ -246,7 +246,7 @@ class Pump:
                 self._send(payload)
 
     def _in_turn(self) -> list[Sender]:
-        """Another ring comes first each time: one that is always full leaves the others no room otherwise."""
+        """Begin with another ring each time, so that one that is always full does not block the others."""
         found = list(self._moved.senders.values())
         self._turns += 1
         first = self._turns % (len(found) or 1)
@@ -283,7 +283,7 @@ class Pump:
             self._beaten_ns = now_ns
 
     def _arm_all(self, now_ns: int) -> int:
-        """When to look at the rings again without any signal."""
+        """Arm all events; returns when to check the rings again without a signal."""
         due_ns = now_ns + (_WATCH_NS if self._moved.watched else HEARTBEAT_NS)
         for taker in () if self.quiet else self._moved.takers.values():
             due_ns = min(due_ns, taker.arm(now_ns) or due_ns)

@@ -148,7 +148,7 @@ class StreamLink:
         try:
             welcome, descriptors = self.begin(Hello(VERSION, self._pid, name)).result(hello_s)
         except TimeoutError:
-            raise HubLost(f"{self.address}: somebody listens but does not answer; is it a hub?") from None
+            raise HubLost(f"{self.address}: a program listens but does not answer; is it a hub?") from None
         self.time = welcome.time
         self._doorbell = self._doorbell_of(descriptors)
 

@@ -73,7 +73,7 @@ def dial(address: str) -> socket.socket:
     except BlockingIOError:
         connection.close()
         raise HubLost(
-            f"{address}: somebody listens but lets nobody in for {_DIAL_TIMEOUT_S} seconds; is the hub stopped?"
+            f"{address}: a program listens but accepts no connection for {_DIAL_TIMEOUT_S} seconds; is the hub stopped?"
         ) from None
     except OSError as error:
         connection.close()
@@ -97,7 +97,7 @@ def somebody_listens(path: str) -> bool:
         caller.setblocking(False)  # a full backlog is a sign of life, not worth waiting for
         failure = caller.connect_ex(path)
     if failure == errno.EACCES:
-        raise HubError(f"{path} belongs to somebody else; choose another path")
+        raise HubError(f"{path} belongs to another user; choose another path")
     return failure not in _NOBODY
 
 

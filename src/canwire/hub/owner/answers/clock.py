@@ -31,7 +31,7 @@ def _advance(request: m.Advance, session: Session, world: World) -> Answer:
 
 
 def _run_on(timeline: Timeline, held: HeldTime) -> None:
-    """Until somebody's event is signalled; raises HubError after an hour: boards' clocks tick without end."""
+    """Let time pass until an event is signalled; raises HubError after an hour, as boards' clocks tick without end."""
     began_ns = timeline.now_ns
     while (due_ns := timeline.next_ns()) < NEVER and due_ns <= began_ns + _SILENCE_NS:
         if not held.run(timeline, due_ns):

@@ -52,7 +52,7 @@ def _get_time(request: m.GetTime, session: Session, world: World) -> Answer:
 
 
 def _kept(world: World) -> Lockstep:
-    """Raises WrongState where each program's time passes by itself."""
+    """The Lockstep of the hub; raises WrongState if the hub is not in lockstep mode."""
     if world.lockstep is None:
         raise WrongState(
             "this hub is not in lockstep mode: start it with `canwire serve --time lockstep`, or connect without "

@@ -149,7 +149,7 @@ class FaultBook:
         return self._on[name]
 
     def _make_room(self) -> None:
-        """Forget the oldest of those that are over, if need be."""
+        """If there are too many faults, remove the oldest one that is over."""
         if len(self._faults) >= _MOST:
             oldest = next((live for live in self._faults.values() if live.over), None)
             if oldest is None:
@@ -158,7 +158,7 @@ class FaultBook:
 
 
 def _lines(fault: f.Fault) -> frozenset[str]:
-    """Those that it cannot do without."""
+    """The lines that this fault needs."""
     named = {getattr(fault, "line", ""), *getattr(fault, "seen_by", ())}
     at = getattr(fault, "at", None)
     if isinstance(at, f.HubPlace):

@@ -218,5 +218,5 @@ class CanFaults:
 
 
 def _state(undo: Callable[[Scripted], object]) -> Scripted:
-    """Something that simply is so until it is undone."""
+    """A fault that is a lasting condition until it is undone."""
     return Scripted(times=None, struck=1, remove=undo)

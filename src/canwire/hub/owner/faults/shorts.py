@@ -51,7 +51,7 @@ class Shorts:
 
 
 def _tell(slots: Iterable[LineSlot], bus: CanBus) -> None:
-    """Transceivers that can tell do."""
+    """Report the short to transceivers that can detect it."""
     for slot in slots:
         if isinstance(slot, CanSlot) and slot.can.bus is bus:
             slot.can.coupling_changed()

@@ -38,7 +38,7 @@ class LineSlot:
         if self.queues and (exclusive or self.exclusive):
             noun = self.queue_noun
             there = f"an exclusive {noun}" if self.exclusive else f"{len(self.queues)} {noun}s"
-            raise InUse(f"{self.name}: {there} on it already, of {self.queues[0].holder.name}")
+            raise InUse(f"{self.name}: {there} already open on it, by {self.queues[0].holder.name}")
 
     def users(self) -> list[Holder]:
         """The holder of each lease on this line except shares; a program appears once for each of its leases."""

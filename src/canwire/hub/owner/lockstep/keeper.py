@@ -237,7 +237,7 @@ class Lockstep:
         return seat
 
     def _at(self, program: Program, session: Session, thread: int) -> Seat:
-        """A thread's seat; one that has none yet sits down."""
+        """The seat of a thread; a thread without one gets a new seat."""
         seat = program.seats.get(thread)
         if seat is None:
             seat = self._seated(program, thread, program.seat_name() or session.name)

@@ -15,9 +15,9 @@ _LOOK_S = 0.3
 class Door(enum.Enum):
     """What a TCP connection finds at an endpoint."""
 
-    NONE = "nobody listens"
-    FULL = "a connection is ended as soon as it is there"
-    OPEN = "somebody waits for the first word"
+    NONE = "no program listens"
+    FULL = "a connection is closed immediately"
+    OPEN = "a program waits for the first message"
 
 
 def at_the_door(endpoint: str) -> Door:

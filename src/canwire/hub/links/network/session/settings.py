@@ -169,13 +169,13 @@ def _check_routers(listen: tuple[str, ...], via: tuple[str, ...], access: Access
     """With an access list, either the hub or the router authenticates users, not both."""
     if via and listen:
         raise BadValue(
-            f"{via[0]} and {listen[0]} with --access: behind a router it is the router that asks who somebody is; "
+            f"{via[0]} and {listen[0]} with --access: behind a router only the router can authenticate users; "
             "offer the hub twice (`canwire offer`), once with --via and once with --listen"
         )
     if via and access.router is None:
         raise BadValue(
-            f"{via[0]}: the file of --access needs [router] with user and password, by which the hub comes to a "
-            "router that asks; to one that asks nobody, with --insecure and without --access"
+            f"{via[0]}: the file of --access needs [router] with user and password, which the router checks; "
+            "for a router without authentication, give --insecure and no --access"
         )
 
 
@@ -204,7 +204,9 @@ def open_for_hub(settings: Settings, access: Access | None) -> Any:
         except zenoh.ZError as error:
             via = settings.get("connect/endpoints", [])
             where = ", ".join([*settings["listen/endpoints"], *via])
-            asked = "; nobody answers there, or it does not let [router]'s user in" if via and access else ""
+            asked = (
+                "; no program answers there, or it does not let [router]'s user in" if via and access else ""
+            )
             raise HubError(f"{where}: {_reason(error)}{asked}") from None
 
 
@@ -226,18 +228,18 @@ def open_for_client(settings: Settings) -> Any:
         met = at_the_door(endpoint)
         if met is Door.FULL:
             raise HubLost(
-                f"{endpoint}: somebody listens, but ends every connection: others have taken all that it lets in at a "
-                "time; try again, or look at that machine who they are"
+                f"{endpoint}: a program listens, but closes every connection: others use all that it accepts at a "
+                "time; try again, or find these clients on that machine"
             ) from None
         if met is Door.OPEN:
             user = settings.get("transport/auth/usrpwd/user", "")
             who = f"{user} with this password" if user else "anyone without a name"
             raise HubLost(
-                f"{endpoint}: somebody listens but does not let {who} in (CANWIRE_NETWORK names the file with user, "
+                f"{endpoint}: a program listens but does not let {who} in (CANWIRE_NETWORK names the file with user, "
                 f"password and certificates); or it is no hub"
             ) from None
         raise HubLost(
-            f"{endpoint}: nobody answers; is `canwire serve --network` running there? ({_reason(error)})"
+            f"{endpoint}: no program answers; is `canwire serve --network` running there? ({_reason(error)})"
         ) from None
 
 
