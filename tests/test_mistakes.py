@@ -44,6 +44,7 @@ def names() -> Iterator[dict[str, Any]]:
     pytest.importorskip("cantools")
     with canwire.Lab() as lab, canwire.connect(time="virtual") as hub:
         bus = lab.can_bus("can0", bit_rate=500_000)
+        lin = lab.lin_bus("lin0")
         placed = Quiet()
         bus.node("tester", placed)
         board = hub.board("usb-to-can-fd").id
@@ -55,7 +56,10 @@ def names() -> Iterator[dict[str, Any]]:
             "lab": lab,
             "bus": bus,
             "node": bus.node("engine"),
-            "lin": lab.lin_bus("lin0"),
+            "lin": lin,
+            "master": lin.master("m"),
+            "board": board,
+            "hub_bus": hub.bus("can0"),
             "placed": placed,
             "frame": canwire.Frame(0x123, b"\x11"),
             "db": canwire.load_database(ROOT / "examples" / "engine.dbc"),
@@ -383,7 +387,8 @@ MISTAKES: list[tuple[str, str]] = [
     ),
     (
         "node.expect(0x123, timeout=1)",
-        "TypeError: CanBenchNode.expect() missing 1 required keyword-only argument: 'within'",
+        "TypeError: expect() has no argument 'timeout'; it has id, within, extended, data; for example "
+        "node.expect(0x123, within=1.0)",
     ),
     (
         "node.expect(frame, within=1)",
@@ -719,6 +724,247 @@ MISTAKES: list[tuple[str, str]] = [
         'TypeError: msg Frame(0x123, bytes.fromhex("11")): must be can.Message, not Frame; '
         "can.Message(arbitration_id=0x123, data=[0x11], is_extended_id=False)",
     ),
+    # calls with too many, missing or unknown arguments
+    ('node.send(0x123, b"\\x11")', "TypeError: send() takes one frame: send(Frame(0x123, b'\\x11'))"),
+    (
+        "node.send(frame, 0.1)",
+        "TypeError: send(): 0.1 is one argument too many; send(frame) does not wait for room",
+    ),
+    ("node.expect()", "TypeError: expect(): id is missing; for example node.expect(0x123, within=1.0)"),
+    (
+        "node.expect(0x123)",
+        "TypeError: expect(): within is missing; for example node.expect(0x123, within=1.0)",
+    ),
+    (
+        "node.expect(0x123, 1.0)",
+        "TypeError: expect(): 1.0 is one argument too many; by name it takes within, extended, data; for "
+        "example node.expect(0x123, within=1.0)",
+    ),
+    (
+        "bus.faults.flip(9)",
+        "TypeError: flip(): 9 is one argument too many; by name it takes bit, frame_id, extended, times, "
+        "seen_by; for example faults.flip(bit=20, frame_id=0x123)",
+    ),
+    (
+        "bus.faults.flip()",
+        "TypeError: flip(): bit is missing; for example faults.flip(bit=20, frame_id=0x123)",
+    ),
+    (
+        "bus.faults.flip(bit=9, id=0x123)",
+        "TypeError: flip() has no argument 'id'; it has bit, frame_id, extended, times, seen_by; for "
+        "example faults.flip(bit=20, frame_id=0x123)",
+    ),
+    ("bus.faults.noise()", "TypeError: noise(): bit_error_rate is missing; for example faults.noise(0.001)"),
+    (
+        "bus.faults.noise(rate=0.1)",
+        "TypeError: noise() has no argument 'rate'; it has bit_error_rate; for example faults.noise(0.001)",
+    ),
+    (
+        "bus.faults.disconnect()",
+        "TypeError: disconnect(): node is missing; for example faults.disconnect(node)",
+    ),
+    (
+        'bus.faults.inject("crc", 0x123)',
+        "TypeError: inject(): 291 is one argument too many; by name it takes frame_id, extended, times; "
+        'for example faults.inject("crc")',
+    ),
+    (
+        "bus.faults.short(1)",
+        "TypeError: short(): 1 is one argument too many; for example faults.short(), and "
+        "faults.clear_short()",
+    ),
+    (
+        "lab.can(500_000)",
+        "AttributeError: Lab has no attribute 'can': a bus is made by lab.can_bus(\"can0\", "
+        'bit_rate=500_000) or lab.lin_bus("lin0"); lab.buses has them',
+    ),
+    (
+        'lab.can_bus("can1", 500_000)',
+        "TypeError: can_bus(): 500000 is one argument too many; by name it takes bit_rate, "
+        "data_bit_rate, timing, data_timing, iso_fd, length_m, node_delay_ns; for example "
+        'lab.can_bus("can0", bit_rate=500_000)',
+    ),
+    (
+        'lab.can_bus("can1", name="can1")',
+        'TypeError: can_bus(): name is given twice; for example lab.can_bus("can0", bit_rate=500_000)',
+    ),
+    (
+        'lab.lin_bus("lin1", 19_200)',
+        "TypeError: lin_bus(): 19200 is one argument too many; by name it takes bit_rate, sleep_after; "
+        'for example lab.lin_bus("lin0", bit_rate=19_200)',
+    ),
+    ("lab.run_for()", "TypeError: run_for(): seconds is missing; for example lab.run_for(0.5), in seconds"),
+    (
+        "lab.run_for(ms=5)",
+        "TypeError: run_for() has no argument 'ms'; it has seconds; for example lab.run_for(0.5), in seconds",
+    ),
+    (
+        "lab.run_until(seconds=1)",
+        "TypeError: run_until() has no argument 'seconds'; it has time_ns; for example "
+        "lab.run_until(5_000_000), in nanoseconds",
+    ),
+    (
+        "lab.run_until_idle(1)",
+        "TypeError: run_until_idle(): 1 is one argument too many; for example lab.run_until_idle()",
+    ),
+    ("bus.node()", 'TypeError: node(): name is missing; for example bus.node("engine")'),
+    (
+        "hub.boards()[0].send(frame)",
+        "AttributeError: BoardInfo has no attribute 'send': a board's lines send and receive: "
+        "hub.open_channel(board.id, 0) opens a channel on the first one",
+    ),
+    (
+        "hub.boards()[0].open()",
+        "AttributeError: BoardInfo has no attribute 'open': a board's lines send and receive: "
+        "hub.open_channel(board.id, 0) opens a channel on the first one",
+    ),
+    (
+        'hub.open("can0", 500000)',
+        "AttributeError: Hub has no attribute 'open': canwire.find_lines(hub, \"can0\") finds lines, "
+        "hub.open_channel(place.board.id, place.line) opens one",
+    ),
+    (
+        "hub.open_channel(board)",
+        "TypeError: open_channel(): line is missing; for example place = canwire.find_lines(hub, "
+        '"can0")[0]; hub.open_channel(place.board.id, place.line)',
+    ),
+    (
+        "hub.open_channel(board, 0, 500_000)",
+        "TypeError: open_channel(): 500000 is one argument too many; by name it takes exclusive; for "
+        'example place = canwire.find_lines(hub, "can0")[0]; hub.open_channel(place.board.id, place.line)',
+    ),
+    (
+        "hub.open_control(board)",
+        "TypeError: open_control(): line is missing; for example place = canwire.find_lines(hub, "
+        '"can0")[0]; hub.open_control(place.board.id, place.line)',
+    ),
+    ("hub.board()", 'TypeError: board(): name is missing; for example hub.board("usb-to-can-fd")'),
+    ("hub.plug()", 'TypeError: plug(): kind is missing; for example hub.plug("usb-to-can-fd")'),
+    ("hub.bus()", 'TypeError: bus(): name is missing; for example hub.bus("can0")'),
+    (
+        "hub_bus.faults.flip(9)",
+        "TypeError: flip(): 9 is one argument too many; by name it takes bit, frame_id, extended, times, "
+        'seen_by; for example hub.bus("can0").faults.flip(bit=20, frame_id=0x123)',
+    ),
+    (
+        "hub_bus.send(frame)",
+        "AttributeError: HubBus has no attribute 'send': a bus neither sends nor receives, channels on "
+        'its lines do: canwire.find_lines(hub, "can0") finds lines, hub.open_channel(place.board.id, '
+        "place.line) opens one",
+    ),
+    (
+        "channel.set_up(16, 16)",
+        "TypeError: set_up(): 16 is one argument too many; for example "
+        "channel.set_up(canwire.ChannelMode(receive=1024, transmit=256))",
+    ),
+    (
+        "channel.set_up(receive=16)",
+        "TypeError: set_up() has no argument 'receive'; it has mode; for example "
+        "channel.set_up(canwire.ChannelMode(receive=1024, transmit=256))",
+    ),
+    (
+        "control.initialise(timing=5)",
+        "TypeError: initialise() has no argument 'timing'; it has mode; for example "
+        "control.initialise(canwire.LineMode(canwire.BitTiming.for_bit_rate(500_000, "
+        "clock_hz=80_000_000)))",
+    ),
+    (
+        "control.start(5)",
+        "TypeError: start(): 5 is one argument too many; by name it takes abort_pending; for example "
+        "control.start()",
+    ),
+    (
+        "LineMode(5)",
+        "TypeError: timing 5: must be BitTiming or None; BitTiming.for_bit_rate(500_000, "
+        "clock_hz=80_000_000) makes one",
+    ),
+    (
+        'LineMode("500k")',
+        "TypeError: timing '500k': must be BitTiming or None; BitTiming.for_bit_rate(500_000, "
+        "clock_hz=80_000_000) makes one",
+    ),
+    (
+        "LineMode()",
+        "TypeError: LineMode(): timing is missing; for example "
+        "canwire.LineMode(canwire.BitTiming.for_bit_rate(500_000, clock_hz=80_000_000))",
+    ),
+    (
+        "ChannelMode()",
+        "TypeError: ChannelMode(): receive is missing; for example canwire.ChannelMode(receive=1024, "
+        "transmit=256)",
+    ),
+    (
+        "ChannelMode(rx=16)",
+        "TypeError: ChannelMode() has no argument 'rx'; it has receive, transmit, exact, ticks, "
+        "filter_mode, filter_size, siblings, events, frames, fd, prioritised, confirms, kin; for example "
+        "canwire.ChannelMode(receive=1024, transmit=256)",
+    ),
+    (
+        'master.send(0x10, b"1")',
+        "TypeError: send(): b'1' is one argument too many; for example "
+        'master.send(canwire.LinFrame(0x10, b"\\x11"))',
+    ),
+    (
+        'open_log("a.blf", "r")',
+        "TypeError: open_log(): 'r' is one argument too many; by name it takes format, limits; for "
+        'example canwire.open_log("drive.blf")',
+    ),
+    (
+        'open_log("a.blf", mode="r")',
+        "TypeError: open_log() has no argument 'mode'; it has path, format, limits; for example "
+        'canwire.open_log("drive.blf")',
+    ),
+    (
+        'create_log("a.blf", "w")',
+        "TypeError: create_log(): 'w' is one argument too many; by name it takes format, dated, "
+        'start_ns, clock, whole; for example canwire.create_log("drive.blf")',
+    ),
+    (
+        'load_database("a.dbc", "b.dbc")',
+        "TypeError: load_database(): 'b.dbc' is one argument too many; by name it takes encoding, "
+        'strict, j1939, most_bytes, seconds; for example canwire.load_database("engine.dbc")',
+    ),
+    (
+        'db.encode("EngineData", EngineSpeed=5)',
+        "TypeError: encode() has no argument 'EngineSpeed'; it has name, signals, fill, source, "
+        'destination, priority; for example db.encode("EngineData", {"EngineSpeed": 1500})',
+    ),
+    (
+        'db.decode(0x100, b"12345678")',
+        "TypeError: decode(): b'12345678' is one argument too many; for example db.decode(frame), with a "
+        "canwire.Frame",
+    ),
+    (
+        'find_lines("can0")',
+        'TypeError: find_lines(): name is missing; for example canwire.find_lines(hub, "can0")',
+    ),
+    (
+        'start_line(hub, "can0")',
+        "TypeError: start_line(): mode is missing; for example place = canwire.find_lines(hub, "
+        '"can0")[0]; canwire.start_line(hub, place, '
+        "canwire.LineMode(canwire.BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)))",
+    ),
+    (
+        'connect("a", "b")',
+        "TypeError: connect(): 'b' is one argument too many; by name it takes time, config, name, timed; "
+        'for example canwire.connect(), or canwire.connect(time="virtual") for a hub of this program '
+        "alone",
+    ),
+    (
+        'connect(host="127.0.0.1")',
+        "TypeError: connect() has no argument 'host'; it has address, time, config, name, timed; for "
+        'example canwire.connect(), or canwire.connect(time="virtual") for a hub of this program alone',
+    ),
+    (
+        'Lab("real")',
+        "TypeError: Lab(): 'real' is one argument too many; by name it takes time, seed; for example "
+        'canwire.Lab(), or canwire.Lab(time="real")',
+    ),
+    (
+        "campaign(5)",
+        "TypeError: campaign(): 5 is one argument too many; for example @canwire.campaign(load=[0.1, "
+        "0.5]) before def run(lab, load)",
+    ),
 ]
 
 
@@ -739,6 +985,8 @@ def test_no_row_ends_in_a_bare_error_of_python() -> None:
         "unexpected keyword",
         "is not iterable",
         "format code",
+        "positional argument",
+        "keyword-only argument",
     )
     assert [mistake for mistake, answer in MISTAKES if any(part in answer for part in bare)] == []
 

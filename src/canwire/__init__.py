@@ -366,7 +366,7 @@ def _load(name: str) -> object:
     if name in _MODULES:
         return import_module(f"canwire.{name}")
     if name not in _PLACES:
-        from canwire.values.wrong_names import OF_THE_DOOR  # for mistakes alone
+        from canwire.values.mistakes.names import OF_THE_DOOR  # for mistakes alone
 
         advice = f": {OF_THE_DOOR[name]}" if name in OF_THE_DOOR else ""
         raise AttributeError(f"module 'canwire' has no attribute {name!r}{advice}")

@@ -8,8 +8,9 @@ import pytest
 
 import canwire
 from canwire.bus.can.bits import measure
+from canwire.bus.can.clock import Clock
 from canwire.bus.can.echo import Echo
-from canwire.bus.can.node import Mailbox
+from canwire.bus.can.node import Mailbox, Node
 from canwire.bus.can.station import Station
 from canwire.bus.can.stepped import losing_bit
 from canwire.bus.can.stimulus import Stimulus
@@ -48,6 +49,13 @@ def test_a_bus_that_is_busy_for_ages_is_looked_at_in_an_instant() -> None:
     load = BusLoad()
     load.add(7, 2**62)  # ten thousand million buckets
     assert (load.percent(2**62), load.peak(), load.busy_ns) == (100.0, 100.0, 2**62 - 7)
+
+
+def test_a_clock_hands_on_the_level_that_it_is_given() -> None:
+    clock, clock_node = Clock.__new__(Clock), Node()
+    clock.node, clock.data_rate = clock_node, False
+    clock_node.sample_gap_ps = 0
+    assert [clock.found(level) for level in (-1, 0, 1)] == [-1, 0, 1]  # -1 was a SystemError
 
 
 @compiled_only

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 from canwire.errors import BadTiming, NoSuchBoard
 from canwire.values.frozen import dataclass
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.named import NamedFlags
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import TimingLimits
@@ -165,6 +166,7 @@ class LineInfo:
     send_channels: int = 0
 
 
+@answers_wrong_names
 @dataclass(frozen=True, slots=True)
 class BoardInfo:
     """One board in the device list.

@@ -12,6 +12,7 @@ from canwire.campaigns.parameters import Draw, Space, Value
 from canwire.errors import BadValue
 from canwire.lab.bench import Lab
 from canwire.values.checks import whole
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 Figures = Mapping[str, Value]
 MOST_RUNS = 1 << 40
@@ -66,6 +67,7 @@ class Campaign:
         return f"<campaign {self.name}: {names}; {self.space.size} in its grid>"
 
 
+@answers_wrong_calls
 def campaign(**parameters: Sequence[Value] | Draw) -> Callable[[Callable[..., Figures | None]], Campaign]:
     """Make a campaign of a function that takes a Lab and these parameters.
 

@@ -18,7 +18,7 @@ from canwire.values.acceptance import Acceptance, id_pair
 from canwire.values.checks import instance, shown, whole
 from canwire.values.frame import Frame
 from canwire.values.lin.frame import LinFrame
-from canwire.values.wrong_names import answers_wrong_names
+from canwire.values.mistakes.names import answers_wrong_names
 
 if TYPE_CHECKING:
     import numpy

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from canwire.errors import BadDescription
 from canwire.values.checks import instance
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 if TYPE_CHECKING:
     from canwire.databases.database import Database
@@ -18,6 +19,7 @@ MOST_BYTES = 1 << 26
 KINDS = (".dbc", ".arxml", ".kcd", ".sym", ".ldf")
 
 
+@answers_wrong_calls
 def load_database(
     path: str | PathLike[str],
     *,

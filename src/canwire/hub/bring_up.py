@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.errors import InUse
 from canwire.values.checks import shown
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 if TYPE_CHECKING:
     from canwire.hub.finding import LinePlace
@@ -55,6 +56,7 @@ def bring_up(
     return None
 
 
+@answers_wrong_calls
 def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
     """Take the line's control, set the line up (None: keep its settings) and start it.
 

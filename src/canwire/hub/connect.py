@@ -12,6 +12,7 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.calling import RemoteLink, somebody_listens
 from canwire.hub.usual import default_address
 from canwire.values.checks import instance
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 if TYPE_CHECKING:
     from canwire.boards.config.configuration import Config
@@ -21,6 +22,7 @@ _NETWORK = "zenoh://"
 _A_LINE = re.compile(r"v?can\d+|lin\d+|HW\d{6}(:\d+)?")
 
 
+@answers_wrong_calls
 def connect(
     address: str | None = None,
     *,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from canwire.boards.description import BoardInfo, LineInfo, board_named
 from canwire.errors import NoSuchBoard
 from canwire.values.checks import instance
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 if TYPE_CHECKING:
     from canwire.boards.can.modes import LineStatus
@@ -61,6 +62,7 @@ def unused_lines(hub: Hub, places: Iterable[LinePlace]) -> Iterator[LinePlace]:
     return (place for place, status in lines_now(hub, places) if status.unused)
 
 
+@answers_wrong_calls
 def find_lines(
     hub: Hub, name: str, bus_type: str | None = None, *, among: Sequence[LinePlace] | None = None
 ) -> list[LinePlace]:

@@ -13,9 +13,9 @@ from canwire.lab.lin.bus import LabLinBus
 from canwire.lab.time import LabTime
 from canwire.values.arguments import unknown_argument
 from canwire.values.checks import finite, instance
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.limits import check_data_rate, checked_rate
-from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     from canwire.hub.handles.hub import Hub

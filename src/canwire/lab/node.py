@@ -11,7 +11,7 @@ from canwire.lab.time import LabTime
 from canwire.ring import Ring
 from canwire.timeline import NEVER
 from canwire.values.checks import nanoseconds
-from canwire.values.wrong_names import answers_wrong_names
+from canwire.values.mistakes.names import answers_wrong_names
 
 FrameT = TypeVar("FrameT")
 BusT = TypeVar("BusT")

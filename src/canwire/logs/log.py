@@ -20,6 +20,7 @@ from canwire.logs.packing import Unpacking, refuse_packed, unpacked, unpacked_na
 from canwire.logs.source import LogFault, Source
 from canwire.logs.trace.files import files_of
 from canwire.values.checks import instance
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 Read = TypeVar("Read", LogEntry, LogBatch)
 
@@ -191,6 +192,7 @@ class Log:
         return self._source
 
 
+@answers_wrong_calls
 def open_log(path: str | os.PathLike[str], *, format: str | None = None, limits: LogLimits = USUAL) -> Log:
     """Open a log of any format, given by its first bytes or by `format`. "-" is standard input.
 

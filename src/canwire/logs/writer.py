@@ -19,6 +19,7 @@ from canwire.logs.form import FormWriter
 from canwire.logs.formats import format_to_write, load_format
 from canwire.logs.packing import Packing, packing_of, refuse_packed, unpacked_name
 from canwire.values.checks import instance
+from canwire.values.mistakes.calls import answers_wrong_calls
 
 _KINDS = {
     LogKind.CAN_FRAME: "CAN frames",
@@ -202,6 +203,7 @@ class LogWriter:
             raise
 
 
+@answers_wrong_calls
 def create_log(
     path: str | os.PathLike[str],
     *,

@@ -34,11 +34,11 @@ _WORTH_A_WORD = {
 def unknown_argument(call: str, unknown: Iterable[str], prototype: Callable[..., Any]) -> TypeError:
     """The error for the first of the `unknown` names; for names of python-can it gives the canwire name."""
     name = next(iter(unknown))
-    code = prototype.__code__
+    code = getattr(prototype, "__wrapped__", prototype).__code__
     taken = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     there = [one for one in taken if one != "self"]
     here = _OF_PYTHON_CAN.get(name)
-    if here in there:
+    if here is not None and here in there:
         return TypeError(
             f"{call} has no argument {name!r}: what python-can calls {name} is {here} here{_WORTH_A_WORD.get(here, '')}"
         )

@@ -32,6 +32,15 @@ def check_frame(frame: object, kind: type) -> None:
     instance("frame", frame, kind)
 
 
+def more_than_a_frame(frame: object, others: tuple[object, ...]) -> TypeError:
+    """The error for a `send` that was given other arguments than a frame, as an identifier and bytes."""
+    if isinstance(frame, int) and not isinstance(frame, bool):
+        return TypeError(f"send() takes one frame: send(Frame({frame:#x}, {shown(others[0])}))")
+    return TypeError(
+        f"send(): {shown(others[0])} is one argument too many; send(frame) does not wait for room"
+    )
+
+
 def check_expected(id: object) -> None:
     """Raise TypeError if an expected identifier is no integer."""
     if isinstance(id, str):

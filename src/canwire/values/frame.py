@@ -11,7 +11,7 @@ from canwire import _mem
 from canwire.errors import BadFrame
 from canwire.values.arguments import SignatureOf, frame, unknown_argument
 from canwire.values.dlc import CLASSIC_LENGTHS, FD_LENGTHS
-from canwire.values.wrong_names import WrongName
+from canwire.values.mistakes.names import WrongName
 
 # info bits of values/record.py that a frame is made of, as C constants
 _EXTENDED = 1 << 23

@@ -63,7 +63,9 @@ def _initialiser(cls: type, names: tuple[str, ...], defaults: dict[str, Any]) ->
     found = space["_outer"](object.__setattr__, defaults)
     found.__qualname__ = f"{cls.__qualname__}.__init__"
     found.__annotations__ = {name: cls.__annotations__[name] for name in names} | {"return": None}
-    return found
+    from canwire.values.mistakes.calls import EXAMPLES, answers_wrong_calls
+
+    return answers_wrong_calls(found, cls.__name__, "__init__") if cls.__name__ in EXAMPLES else found
 
 
 def _repr(self: Any) -> str:

@@ -16,7 +16,7 @@ from contextlib import ExitStack
 from typing import IO, Any
 
 import canwire
-from canwire.values.wrong_names import WrongName
+from canwire.values.mistakes.names import WrongName
 
 from . import subjects
 from .subjects import Find

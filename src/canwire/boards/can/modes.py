@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from canwire.boards.lateness import lateness_text
+from canwire.values.checks import shown
 from canwire.values.controller_options import ControllerOptions
 from canwire.values.frozen import dataclass
 from canwire.values.named import NamedInt
@@ -94,6 +95,14 @@ class LineMode:
     keeps: bool = False
     kin: str = ""
     options: ControllerOptions | None = None
+
+    def __post_init__(self) -> None:
+        for name, timing in (("timing", self.timing), ("data_timing", self.data_timing)):
+            if timing is not None and not isinstance(timing, BitTiming):
+                raise TypeError(
+                    f"{name} {shown(timing)}: must be BitTiming or None; "
+                    "BitTiming.for_bit_rate(500_000, clock_hz=80_000_000) makes one"
+                )
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
-from typing import Any, Protocol
+from typing import Any, Never, Protocol
 
 from canwire.boards.can.channel import Channel
 from canwire.boards.can.line import Line
 from canwire.errors import BadValue
-from canwire.values.checks import LONGEST_NS, check_frame
+from canwire.values.checks import LONGEST_NS, check_frame, more_than_a_frame
 from canwire.values.frame import Frame
 from canwire.values.record import HIGH_PRIORITY, SELF_RECEPTION, SINGLE_SHOT
 
@@ -48,7 +48,7 @@ class Sending:
     def send(
         self,
         frame: Frame,
-        *,
+        *wrong: Never,
         single_shot: bool = False,
         high_priority: bool = False,
         delay_ns: int = _NO_DELAY,
@@ -59,6 +59,8 @@ class Sending:
         waits in the controller. `delay_ns`: not before this long after the node's previous frame.
         Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
         """
+        if wrong:
+            raise more_than_a_frame(frame, wrong)
         if type(frame) is not Frame:
             check_frame(frame, Frame)
         flags = self._flags

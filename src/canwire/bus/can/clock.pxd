@@ -30,7 +30,7 @@ cdef class Clock:
     @cython.locals(before_ps="long long", gap_ps="long long")
     cdef bint looks_before(self, long long at_ps) noexcept
     cdef void look(self, int level) noexcept
-    cpdef int found(self, int level) except -1
+    cpdef int found(self, int level) except? -1
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1

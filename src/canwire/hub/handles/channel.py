@@ -16,8 +16,8 @@ from canwire.ring import Ring
 from canwire.values.checks import LONGEST_NS, check_frame, instance, whole
 from canwire.values.event import BusEvent
 from canwire.values.frame import Frame, frame_of_record, record_to_send
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.records import check_dtype
-from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:
     import numpy

@@ -8,7 +8,7 @@ from canwire.boards.can.modes import LineMode, LineStatus
 from canwire.hub.handles.filtered import Filtered
 from canwire.hub.protocol import messages as m
 from canwire.values.checks import instance
-from canwire.values.wrong_names import answers_wrong_names
+from canwire.values.mistakes.names import answers_wrong_names
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client

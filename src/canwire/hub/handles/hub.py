@@ -15,8 +15,8 @@ from canwire.hub.handles.watch import BoardWatch
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.roles import FIFO
 from canwire.values.checks import instance, shown
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.register import RegisterValue
-from canwire.values.wrong_names import answers_wrong_names
 
 if TYPE_CHECKING:  # each is loaded when it is first opened: few programs want all
     from canwire.boards.can.modes import LineStatus

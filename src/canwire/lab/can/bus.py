@@ -25,11 +25,11 @@ from canwire.values.arguments import unknown_argument
 from canwire.values.checks import instance, shown, whole
 from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.frame import Frame, frame_of_record
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.timing.agreement import timing_findings
 from canwire.values.timing.bit_timing import BitTiming
 from canwire.values.timing.check import NodeTiming, TimingCheck
 from canwire.values.timing.limits import check_data_rate
-from canwire.values.wrong_names import answers_wrong_names
 
 Filters = Iterable[Sequence[int]] | Acceptance
 

@@ -20,7 +20,7 @@ from canwire.lab.can.node import CanBenchNode
 from canwire.lab.selection import FAULTS, NOISE, call, selected
 from canwire.lab.time import LabTime
 from canwire.values.checks import instance
-from canwire.values.wrong_names import answers_wrong_names
+from canwire.values.mistakes.names import answers_wrong_names
 
 
 @answers_wrong_names

@@ -19,6 +19,7 @@ from canwire.values.arguments import unknown_argument
 from canwire.values.checks import LONGEST_NS, check_expected, instance, whole
 from canwire.values.event import BusEvent, ErrorState, EventKind
 from canwire.values.frame import Frame, frame_of_record
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.record import CONFIRM, HIGH_PRIORITY, SINGLE_SHOT
 from canwire.values.records import check_dtype
 from canwire.values.text import format_frame
@@ -31,6 +32,7 @@ _EVENT_QUEUE = 4096
 _ALL_EVENTS = frozenset(int(kind) for kind in EventKind)
 
 
+@answers_wrong_names
 class CanBenchNode(BenchNode[Frame, BusT], Sending):
     """The base class of LabNode: one controller with one channel."""
 

@@ -23,7 +23,7 @@ from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.frame import LinFrame
 from canwire.values.lin.record import TIME_SIZE, lin_frame_of_record
 from canwire.values.lin.timing import checked_rate
-from canwire.values.wrong_names import answers_wrong_names
+from canwire.values.mistakes.names import answers_wrong_names
 
 _DEFAULT_QUEUE = 16_384
 

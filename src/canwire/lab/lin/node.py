@@ -20,6 +20,7 @@ from canwire.values.checks import instance
 from canwire.values.lin.configuration import LinNodeAttributes, LinSlaveConfiguration
 from canwire.values.lin.event import LinEvent, LinEventKind, LinState
 from canwire.values.lin.frame import MASTER_REQUEST, SLAVE_RESPONSE, LinFrame, go_to_sleep_frame
+from canwire.values.mistakes.names import answers_wrong_names
 
 BusT = TypeVar("BusT")
 Responses = Mapping[int, bytes | LinFrame]
@@ -27,6 +28,7 @@ _EVENT_QUEUE = 4096
 _TRANSMIT_QUEUE = 16_384
 
 
+@answers_wrong_names
 class LinBenchNode(BenchNode[LinFrame, BusT]):
     """The base class of LabLinNode: one controller with one receive queue."""
 

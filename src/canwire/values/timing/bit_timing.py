@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from canwire.errors import BadTiming
 from canwire.values.frozen import dataclass
+from canwire.values.mistakes.names import answers_wrong_names
 from canwire.values.timing.limits import (
     FD_NOMINAL,
     SJA1000,
@@ -24,7 +25,6 @@ from canwire.values.timing.limits import (
 )
 from canwire.values.timing.search import search_segments
 from canwire.values.timing.tolerance import condition_1, condition_2, fd_conditions
-from canwire.values.wrong_names import answers_wrong_names
 
 _LARGEST = {"prescaler": 1 << 16, "tseg1": 1 << 16, "tseg2": 1 << 16, "sjw": 1 << 16, "clock_hz": 10**10}
 

@@ -8,11 +8,13 @@ from canwire.errors import Unsupported
 from canwire.hub.handles.bus.can import CanBusFaults
 from canwire.hub.handles.bus.lin import LinBusFaults
 from canwire.hub.protocol import messages as m
+from canwire.values.mistakes.names import answers_wrong_names
 
 if TYPE_CHECKING:
     from canwire.hub.handles.client import Client
 
 
+@answers_wrong_names
 class HubBus:
     """A CAN bus; `faults` sets and lists its faults. `Hub.bus` returns it."""
 

@@ -10,12 +10,14 @@ from canwire.hub.handles.bus.fault import HubFault
 from canwire.hub.handles.bus.setting import BusFaults, FaultStay
 from canwire.hub.protocol import fault_messages as f
 from canwire.values.frame import Frame, record_of_frame
+from canwire.values.mistakes.names import answers_wrong_names
 
 At = f.HubPlace | int | None
 SeenBy = str | Iterable[str]
 _PROVOKED = {"stuff": "receivers", "form": "receivers", "crc": "receivers", "bit": "sender", "ack": "sender"}
 
 
+@answers_wrong_names
 class CanBusFaults(BusFaults):
     """Lines are named "HW000001:1". `seen_by` is "all", "receivers", "sender", a line or several.
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Never, TypeVar
 
+from canwire.values.mistakes.calls import EXAMPLES, answers_wrong_calls
+
 KindT = TypeVar("KindT", bound=type)
 
 _NODE_RECEIVES = (
@@ -28,6 +30,10 @@ _CHANNEL_RECEIVES = "a channel receives by channel.receive(timeout), after set_u
 _HUB_LINE = (
     'canwire.find_lines(hub, "can0") finds lines, hub.open_channel(place.board.id, place.line) opens one'
 )
+_BOARD_SPEAKS = (
+    "a board's lines send and receive: hub.open_channel(board.id, 0) opens a channel on the first one"
+)
+_HUB_BUS_SPEAKS = f"a bus neither sends nor receives, channels on its lines do: {_HUB_LINE}"
 _CONTROL_SETS_UP = "a line is set up by control.initialise(canwire.LineMode(timing)), then control.start()"
 _DB_ENCODES = 'db.encode("EngineData", {"EngineSpeed": 1500}) makes a frame'
 _DB_DECODES = "db.decode(frame) takes a canwire.Frame"
@@ -110,6 +116,19 @@ OF_CLASSES: dict[str, dict[str, str]] = {
         "start": f"a line is started by its control: hub.open_control(board, line); {_CONTROL_SETS_UP}",
         "shutdown": "a connection ends by hub.close()",
         "disconnect": "a connection ends by hub.close()",
+    },
+    "HubBus": {
+        "send": _HUB_BUS_SPEAKS,
+        "recv": _HUB_BUS_SPEAKS,
+        "receive": _HUB_BUS_SPEAKS,
+        "flip": 'what goes wrong on a bus is bus.faults: hub.bus("can0").faults.flip(bit=20)',
+    },
+    "BoardInfo": {
+        "send": _BOARD_SPEAKS,
+        "recv": _BOARD_SPEAKS,
+        "receive": _BOARD_SPEAKS,
+        "open": _BOARD_SPEAKS,
+        "start": "a line is started by its control: hub.open_control(board.id, 0)",
     },
     "HubChannel": {
         "recv": _CHANNEL_RECEIVES,
@@ -244,8 +263,10 @@ class WrongName:
 
 
 def answers_wrong_names(kind: KindT) -> KindT:
-    """The class with its row of the table; what it has by itself stays."""
-    for name in OF_CLASSES[kind.__name__]:
+    """The class with its row of the table, and of the table of calls; what it has by itself stays."""
+    for name in OF_CLASSES.get(kind.__name__, ()):
         if not hasattr(kind, name):
             setattr(kind, name, WrongName(kind.__name__, name))
+    for name in EXAMPLES.get(kind.__name__, ()):
+        setattr(kind, name, answers_wrong_calls(getattr(kind, name), kind.__name__, name))
     return kind

@@ -1,0 +1,1 @@
+"""What people try that canwire does not have: names and calls, and what to write instead."""
