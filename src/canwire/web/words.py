@@ -62,7 +62,7 @@ class Words:
         return f"{sentence} ({plain})" if sentence else plain
 
     def told(self, kind: str, text: str) -> str:
-        """A sentence that the hub says in English, with base.error-KIND before it."""
+        """A sentence of the hub in English, with base.error-KIND before it."""
         return self.trouble(Trouble.said(text, kind))
 
 

@@ -158,7 +158,7 @@ class Line(Host):
                 driver.poll()
 
     def hear(self, kin: str, hearing: Hearing) -> None:
-        """What channels of this kin hear from now on."""
+        """Set what channels of this kin receive from now on."""
         self._hearings[kin] = hearing
         for channel in self._all:
             if channel.kin == kin:

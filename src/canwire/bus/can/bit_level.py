@@ -182,7 +182,7 @@ class BitLevel:
         return _QUIET
 
     def coast(self, limit_ns: int) -> bool:
-        """Take a stretch of bits in which nobody notices anything in one step; False if there is none by then.
+        """Process in one step a stretch of bits in which no node reports anything; False if none begins here.
 
         `now_ps` is its last sample point then, of the node that samples last, `limit_ns` at the latest.
         """

@@ -90,7 +90,7 @@ class BusState(Bus):
         return self._state == _REST and self.timeline.now_ns >= self._free_ns
 
     def account(self) -> BusLoad:
-        """The load, with the frame on the wire, or the intermission behind it, counted up to this moment."""
+        """The load, which includes the frame on the wire or the intermission after it, up to this moment."""
         upto_ns = self.timeline.now_ns
         if self._state == _REST and upto_ns > self._free_ns:
             upto_ns = self._free_ns

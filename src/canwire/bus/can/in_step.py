@@ -1,6 +1,7 @@
 """Which frames may be taken whole: those in which every edge falls on a bit boundary of every node.
 
-The proof is docs/whole-frames.md. Asked once for each change of who is on the bus and how it is set, never for a frame.
+The proof is docs/whole-frames.md. Called once for each change of the nodes on the bus or of their settings, never for
+a frame.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ def one_format(members: Sequence[Node]) -> bool:
 
 
 def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool:
-    """All change the rate at the same instants, and no bits are so long that who waits takes them for an idle bus."""
+    """All nodes change the rate at the same instants, and no bit is so long that a waiting node takes it for an idle
+    bus.
+    """
     switches = {(node.sample_ps, node.data_bit_ps, node.data_sample_ps) for node in members}
     if len(switches) > 1:
         return False

@@ -122,7 +122,7 @@ class SteppedFrame:
         return now_ns <= self._at_ns(self.end_ps - (_INTERMISSION + 1) * node.bit_ps + node.sample_ps)
 
     def activity_behind(self, node: Node, now_ns: int) -> int:
-        """As Bus.activity, in the intermission behind the frame, which `end_ps` is the end of."""
+        """Bus.activity during the intermission after the frame that ended at `end_ps`."""
         if now_ns > self._at_ns(self.end_ps - node.bit_ps + node.sample_ps):
             return _QUIET
         return _SENT if node is self.sender else _RECEIVED_LAST

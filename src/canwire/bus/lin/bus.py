@@ -1,4 +1,4 @@
-"""The LIN bus: one wire, whose master asks and whose slaves answer.
+"""The LIN bus: one wire, on which the master sends headers and slaves answer.
 
 A plain frame takes two steps: its header, then its response or the silence in its place. Whatever is not plain (two
 who answer, two masters, a clock that does not follow, a fault, a sleeping node, a trace of levels) goes bit by bit
@@ -180,7 +180,7 @@ class LinBus(LinMedium):
         return self._due_ns
 
     def wake_ns(self) -> int:
-        """The end of a header shows only when the response behind it is over."""
+        """No program sees the end of a header before the response after it is over."""
         if self._state != _HEADER:
             return self._due_ns
         found = self._foreseen(self._offer.id)

@@ -82,5 +82,5 @@ def set_up(
 
 
 def rate_remarks(driver: Driver) -> list[str]:
-    """Other controllers of its bus at other rates: which, and who set them."""
+    """Remarks on other controllers of its bus at other rates: their lines, and the programs that set them."""
     return [f"! {conflict}" for conflict in conflicts_on(driver.hub, driver.bus)] if driver.bus else []

@@ -158,7 +158,7 @@ class Terminal:
                 pending = b""
 
     def write(self, text: bytes) -> None:
-        """An event for the reader; waits for room while somebody has it open."""
+        """Write an event for the reader; waits for room while a program has the terminal open."""
         poll = select.poll()
         poll.register(self._ours, select.POLLOUT)
         while text and not self._left.is_set():

@@ -1,4 +1,4 @@
-"""Where `canwire dump` puts what it hears: lines on stdout, or packets for Wireshark."""
+"""Where `canwire dump` writes received records: as lines on stdout, or as packets for Wireshark."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Output(Protocol):
         """Hand it on."""
 
     def end(self, lost: Callable[[], Mapping[str, int]]) -> None:
-        """Nothing more comes; `lost` tells how many records of each line were lost."""
+        """End the output; `lost` has the number of lost records of each line."""
 
 
 class Lines:

@@ -82,7 +82,7 @@ def _one_of_each_bus(hub: Hub) -> list[tuple[str, LinePlace]]:
 
 
 class Listening:
-    """Channels on these lines, which are started unless they run; `told` says of each how it is."""
+    """Channels on these lines, which are started unless they run; `told` has a message on the state of each."""
 
     def __init__(
         self,

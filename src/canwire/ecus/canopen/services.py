@@ -69,7 +69,7 @@ class Nmt(NmtSlave):  # type: ignore[misc]
 
 
 class Sdo(SdoServer):  # type: ignore[misc]
-    """The SDO server of a node: it answers while the node is pre-operational or operational, and only requests of 8 bytes.
+    """The SDO server of a node. It answers requests of 8 bytes while the node is pre-operational or operational.
 
     Block transfers are in `blocks.py`.
     """

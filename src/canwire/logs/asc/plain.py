@@ -1,4 +1,4 @@
-"""ASC's usual line by numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`, with anything behind the data."""
+"""ASC's usual line by numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`, with any text after the data."""
 
 from __future__ import annotations
 

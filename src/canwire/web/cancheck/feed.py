@@ -1,4 +1,4 @@
-"""CanCheck to one viewer: {"main": ..., "windows": [...]} whenever something of it changes, as often as it reads."""
+"""Sends CanCheck's state to one viewer, {"main": ..., "windows": [...]}, after changes, as fast as the viewer reads."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ BURST = 64  # messages of one `fire`, so that others get their turn
 
 
 class Row(NamedTuple):
-    """A generator as the list shows it. `due_ns` None: paused. `message` is what comes next.
+    """A generator as the list shows it. `due_ns` None: paused. `message` is the next one.
 
-    `waits`: it is due, and the send buffer is full. `trouble`: why it was paused, "" if nobody was to blame.
+    `waits`: it is due, and the send buffer is full. `trouble`: the error that paused it, "" if none did.
     """
 
     number: int

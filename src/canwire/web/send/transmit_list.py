@@ -17,7 +17,7 @@ _RETRY_S = 0.002  # a sequence waits for its last frame to be acknowledged, in s
 
 
 class Exact(Protocol):
-    """Who keeps cycles exactly: the hub's cyclic lists."""
+    """Sends rows at exact cycles: the hub's cyclic lists."""
 
     def start(self, row: Row) -> None:
         """Begin, or continue with the row's current values; raises CanwireError."""
@@ -100,7 +100,7 @@ class TransmitList:
             del self._rows[number]
 
     def send_now(self, number: int) -> None:
-        """Once; raises what keeps the frame from being queued, and counts it. A sequence runs through once."""
+        """Send a row, or a whole sequence, once. An error that keeps the frame from the queue counts and is raised."""
         with self._changed:
             row = self._row(number)
             if row.content.steps:

@@ -1,4 +1,4 @@
-"""Which lines are listened to: those that somebody watches or watched of late, and again when hub or board are back.
+"""Which lines are recorded: those that a viewer watches or watched recently, and again when the hub or board is back.
 
 One thread sweeps over all their queues and is the history's only writer, by way of the merger.
 """

@@ -89,7 +89,7 @@ class Forcing:
         self, level: str, *, at: When = None, from_ns: float = 0.0, width_ns: float, seen_by: object = "all",
         times: int | None = 1,
     ) -> Scripted:  # fmt: skip
-        """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
+        """Force a level for less (or more) than a bit: for this duration, `from_ns` after the place or time."""
         if from_ns < 0 or not width_ns > 0:
             raise BadValue(f"from_ns {from_ns}, width_ns {width_ns}: not negative, and wider than 0")
         forced, start_ps, width_ps = level_of(level), round(from_ns * 1000), round(width_ns * 1000)

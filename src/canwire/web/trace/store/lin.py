@@ -1,4 +1,4 @@
-"""Rows of LIN lines beside CAN's: one byte tells them apart, and the rest of a record stays where it was.
+"""Rows of LIN lines beside CAN's: one byte distinguishes them, and the rest of a record is unchanged.
 
 Byte 12 of a LIN record is the protected identifier, byte 13 its type (0: a frame). A row has them the other way round,
 the type with LIN added, which no kind of a CAN record has.

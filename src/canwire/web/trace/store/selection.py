@@ -83,7 +83,7 @@ class Selection:
         return int(numpy.searchsorted(self._numbers[: self.count], numpy.uint32(max(number, 0))))
 
     def place_at(self, time_ns: int) -> int:
-        """Of the first row whose time is not less; times of different hubs are not told apart."""
+        """The index of the first row whose time is not less; times of different hubs are not distinguished."""
         low, high = self.gone, self.count
         while low < high:
             middle = (low + high) // 2
