@@ -30,7 +30,7 @@ from canwire.commands.shell.parser import Help, Parser
 
 
 class Verb(NamedTuple):
-    """Where a verb lives, and its line in --help."""
+    """The module of a verb, and its line in --help."""
 
     module: str
     help: str

@@ -18,7 +18,7 @@ _FIRST_S, _LONGEST_S = 0.1, 2.0  # before it tries again
 
 
 def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = False) -> None:
-    """For verbs whose `run` is `going_on`; where it is `usual` there is --no-reconnect too."""
+    """Add --reconnect, for verbs whose `run` is `going_on`; with `usual` it is the default and has --no-reconnect."""
     if usual:
         parser.add_argument(
             "--reconnect",

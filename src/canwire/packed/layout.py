@@ -1,4 +1,4 @@
-"""Where the fields of a C structure lie, and the way of their values into memory and back."""
+"""The places of a C structure's fields, and the conversion of their values to memory and back."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Words:
         return self.texts[key].format(**values)
 
     def decimal(self, number: float, digits: int) -> str:
-        """With the language's point or comma."""
+        """A number with the language's decimal point or comma."""
         return f"{number:.{digits}f}".replace(".", self.texts["base.decimal-point"])
 
     def localised(self, text: str) -> str:

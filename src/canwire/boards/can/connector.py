@@ -137,7 +137,7 @@ class CanLine:
             self.line.driver.accept((0, 0), (0, 0))
 
     def welcome(self, channel: Channel) -> None:
-        """Before a channel is opened on the line: a controller that holds frames up for others does so no longer."""
+        """Called before a channel is opened on the line: the controller stops holding frames for others."""
         if not channel.frames or channel.kin == self.line.kin:
             return
         if self._narrow:
@@ -316,7 +316,7 @@ class CanLine:
         return own.filter.of(extended)
 
     def filter_mode(self, extended: bool, kin: str = "") -> int:
-        """Of one frame format, after a reset that of `initialise`; raises NotInitialised before the first one."""
+        """The filter mode of one frame format; after a reset that of `initialise`. Raises NotInitialised before it."""
         if self.mode is None and kin in self._after_reset:
             return self._after_reset[kin].of(extended).mode
         return self.format_filter(extended, kin).mode

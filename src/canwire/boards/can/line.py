@@ -144,7 +144,7 @@ class Line(Host):
         return count
 
     def kick(self) -> None:
-        """Something was queued: load it if a mailbox is free."""
+        """Load a queued frame if a mailbox is free."""
         driver = self.driver
         lone = self._lone
         if lone is not None and not (lone.urgent or lone.untrusted or driver.several):

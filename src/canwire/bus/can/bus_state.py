@@ -83,7 +83,7 @@ class BusState(Bus):
         return node.sequences
 
     def resting(self) -> bool:
-        """Nothing is on the wire."""
+        """Whether the wire is idle."""
         return self.idle()
 
     def idle(self) -> bool:

@@ -63,7 +63,7 @@ class Stretch:
         return self._look_ahead(clocks, most)
 
     def first_sender(self, clocks: list[Clock]) -> Clock | None:
-        """Of those that still contend, the one that will win."""
+        """The clock of the node that will win among those that still contend."""
         found = None
         for clock in clocks:
             station = clock.station

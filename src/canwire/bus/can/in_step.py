@@ -13,7 +13,7 @@ from canwire.bus.can.node import CLASSIC_ONLY, Node
 
 
 class InStep(NamedTuple):
-    """Of which frames it is shown that the bit level gives the same: classic ones, FD ones, those that switch rates."""
+    """The kinds of frames for which the bit level provably gives the same: classic, FD, and those that switch rates."""
 
     classic: bool
     fd: bool
@@ -52,7 +52,7 @@ def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool
 
 
 def reads_itself(node: Node) -> bool:
-    """Nothing but its own bit is there when a node looks at one, in the nominal phase."""
+    """Whether a node that samples in the nominal phase sees its own bit alone."""
     return node.loop_ps <= node.sample_ps - 2 * node.sample_gap_ps
 
 

@@ -105,7 +105,7 @@ class SteppedFrame:
             node.arbitration_losses += 1
 
     def activity(self, node: Node, now_ns: int) -> int:
-        """As Bus.activity, up to the end of EOF."""
+        """The same as Bus.activity, up to the end of EOF."""
         if self.transmits(node, now_ns):
             return _SENDING
         joined = node.contending is not None or self._at_ns(self.lead_ps + node.sample_ps) < now_ns
@@ -117,7 +117,7 @@ class SteppedFrame:
         return node is self.sender or (box is not None and now_ns <= self._loses_ns(node, box))
 
     def fails(self, now_ns: int) -> bool:
-        """After an ACK slot without acknowledge: the error frame lasts, of which `end_ps` is the intermission's end."""
+        """Whether an error frame follows an unacknowledged frame; `end_ps` is then the end of its intermission."""
         node = self.sender
         return now_ns <= self._at_ns(self.end_ps - (_INTERMISSION + 1) * node.bit_ps + node.sample_ps)
 
@@ -171,7 +171,7 @@ def losing_bit(key: int, winner: int) -> int:
 
 
 def wire_bit(key: int, bit: int) -> int:
-    """Where a bit of the arbitration field is on the wire, counted from SOF with stuff bits."""
+    """The position of a bit of the arbitration field on the wire, counted from SOF with stuff bits."""
     at = run = 1
     last = 0
     for k in range(bit + 1):

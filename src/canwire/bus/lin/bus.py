@@ -125,7 +125,7 @@ class LinBus(LinMedium):
         return sending or (self._state == _RESPONSE and node is self._owner)
 
     def resting(self) -> bool:
-        """Nothing is on the wire, and no response is waited for."""
+        """Whether the wire is idle and no node waits for a response."""
         return self._state == _REST
 
     def short(self, level: int) -> None:
@@ -189,7 +189,7 @@ class LinBus(LinMedium):
         )
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
-        """As `LinMedium.foreseen_ns`."""
+        """The same as `LinMedium.foreseen_ns`."""
         found = self._foreseen(id)
         return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
 

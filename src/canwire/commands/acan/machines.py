@@ -21,7 +21,7 @@ _STANDARD_BITS = acan.acan_word(0x7FF)
 
 
 def identifier(machine: int) -> int:
-    """Of messages for that machine, 1 to 7, or for all: 0."""
+    """The identifier of messages for that machine, 1 to 7, or for all machines: 0."""
     return _BASE | machine
 
 

@@ -37,7 +37,7 @@ _END = re.compile(rb"[\r\n\0]")
 
 
 def attach(arguments: argparse.Namespace) -> int:
-    """Until Ctrl-C, SIGTERM or the end of the device; raises BadValue for a path that is taken."""
+    """Serve the terminal until Ctrl-C, SIGTERM or the end of the device; raises BadValue for a path that is taken."""
     from canwire import candrv
 
     if sys.platform == "win32":
@@ -212,7 +212,7 @@ class Reader(threading.Thread):
         self.error: CanwireError | None = None
 
     def run(self) -> None:
-        """Until the handle is closed."""
+        """Forward events until the handle is closed."""
         try:
             while True:
                 text = self._handle.read_text()

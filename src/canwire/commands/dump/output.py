@@ -19,7 +19,7 @@ class Output(Protocol):
     shown: defaultdict[str, int]
 
     def put(self, name: str, records: Sequence[Record], most: int | None) -> int:
-        """As many of a line's records as may be shown, `most` at most (None: all); how many these were."""
+        """Print a line's records, at most `most` (None: all); returns their number."""
 
     def flush(self) -> None:
         """Hand it on."""

@@ -130,7 +130,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
 
 
 class Emergencies(EmcyProducer):  # type: ignore[misc]
-    """Also kept in the error register and list of errors of the dictionary, if it has them."""
+    """Emergency messages, which are also kept in the dictionary's error register and list of errors, if it has them."""
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x80 + node.id)

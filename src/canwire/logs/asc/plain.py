@@ -16,7 +16,7 @@ _LAST_S = 9_000_000_000
 
 
 def candidates(fields: Fields) -> Any:
-    """By the number of words, and the `d` of data."""
+    """The lines that may be plain, by the number of words and the `d` of data."""
     kind = fields.at(_KIND, slice(None))
     return (fields.count > _DLC) & (kind.size == 1) & (kind.character(0) == ord("d"))
 

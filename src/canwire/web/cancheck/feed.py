@@ -33,7 +33,7 @@ class Feed:
         self._told = ""
 
     async def run(self) -> None:
-        """Until the viewer has gone."""
+        """Send changes until the viewer has left."""
         loop = asyncio.get_running_loop()
 
         def changed() -> None:

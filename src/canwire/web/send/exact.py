@@ -76,7 +76,7 @@ class ExactCycles:
             self._cycling[row.number] = self._begun(row)
 
     def stop(self, number: int) -> None:
-        """Nothing of this row goes out any more."""
+        """Send no more frames of this row."""
         with self._lock:
             held = self._cycling.pop(number, None)
             if held is None:

@@ -23,7 +23,7 @@ class Exact(Protocol):
         """Begin, or continue with the row's current values; raises CanwireError."""
 
     def stop(self, number: int) -> None:
-        """Nothing of this row goes out any more."""
+        """Send no more frames of this row."""
 
     def over(self, number: int) -> str | None:
         """None while the row is sent; why it is not any more, "" where its times are over."""
@@ -57,7 +57,7 @@ class TransmitList:
 
     @property
     def rows(self) -> list[Row]:
-        """As they are now, in the order in which they were made."""
+        """The present rows, in the order in which they were made."""
         with self._changed:
             for row in list(self._rows.values()):
                 if row.exact and row.running and (why := self._exact.over(row.number)) is not None:

@@ -92,7 +92,7 @@ class Taps:
             return [self._indices[address] for address in addresses if address in self._indices]
 
     def watched(self, addresses: Collection[str] | None = None) -> list[Watched]:
-        """These lines as they are now; without `addresses` every line that was listened to since the server runs."""
+        """The present state of these lines; without `addresses`, of every line recorded since the server's start."""
         with self._changed:
             return [
                 Watched(

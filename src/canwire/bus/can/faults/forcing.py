@@ -1,7 +1,7 @@
 """Disturbances anywhere on the wire: a level held, a glitch, an edge moved, for one node, several or all.
 
-`Forcing` turns what a script asks for into stimuli: at a time, or when a node gets to a place. Frames that a placed
-disturbance can meet go bit by bit; all others are stepped over as ever.
+`Forcing` turns a script's disturbances into stimuli: at a time, or when a node reaches a place. Frames that a placed
+disturbance can affect run bit by bit; all others are stepped over.
 """
 
 from __future__ import annotations

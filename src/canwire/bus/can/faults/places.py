@@ -99,7 +99,7 @@ def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> di
 class Progress:
     """Where one node is: the part that its present bit belongs to, and which bit of it that is.
 
-    For a node that was not watched before, it starts from the state of the node's clock.
+    If the node was not watched before, it starts from the state of the node's clock.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:

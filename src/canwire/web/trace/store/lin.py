@@ -41,7 +41,7 @@ def lin_message(record: bytes) -> LinFrame | LinEvent:
 
 
 def plain_lin(records: numpy.ndarray) -> numpy.ndarray:
-    """Records as a monitor had them, from rows of LIN lines."""
+    """Convert rows of LIN lines to the records of a monitor."""
     octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize).copy()
     octets[:, _PID_AT] &= _TYPE
     octets[:, [_PID_AT, _TYPE_AT]] = octets[:, [_TYPE_AT, _PID_AT]]

@@ -76,7 +76,7 @@ class Selection:
         return self._numbers[place : min(place + count, self.count)].astype(numpy.int64)
 
     def place_of(self, number: int) -> int:
-        """Of the first row whose number is not less."""
+        """The index of the first row whose number is not less."""
         if number > _LAST:
             return self.count
         # of the same type: else numpy would make all of them another one first
