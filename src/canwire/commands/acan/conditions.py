@@ -26,7 +26,7 @@ class News(NamedTuple):
 
 
 def news(block: TaskBlock) -> News:
-    """Since the last call; clears the block's status."""
+    """What happened since the last call; clears the block's status."""
     status = block.acknowledge()
     happened = status.conditions
     lines = _of_the_bus(block, happened)

@@ -173,7 +173,7 @@ class Terminal:
                 return
 
     def leave(self) -> None:
-        """No more waiting."""
+        """End every wait for this terminal."""
         self._left.set()
 
     def __enter__(self) -> Terminal:

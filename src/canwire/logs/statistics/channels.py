@@ -1,4 +1,4 @@
-"""What is counted by channel: frames by kind and direction, errors, other events, and what the log says of itself."""
+"""Counts for each channel: frames by kind and direction, errors, other events, and marks of the log."""
 
 from __future__ import annotations
 

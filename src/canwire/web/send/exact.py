@@ -91,7 +91,7 @@ class ExactCycles:
                 self._leases.pop(held.row.line).close()
 
     def over(self, number: int) -> str | None:
-        """None while the row is sent; why it is not any more, "" where its times are over."""
+        """None while the row is sent; afterwards the error that ended it, "" if all its times were sent."""
         with self._lock:
             held = self._cycling.get(number)
             if held is None or held.channel.over:
