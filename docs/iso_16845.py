@@ -47,16 +47,17 @@ Written by `python docs/iso_16845.py` from `tests/iso16845`: change that, not th
 
 ISO 16845-1 says how a CAN controller's data link layer is tested. Each row is one of its purposes, in our own words,
 and what our test of it says of each controller: a lower tester puts levels in front of the controller's receiver,
-picosecond by picosecond, and every level that the controller drives is held against what it must drive, and its
-counters and what it hands up besides (`tests/iso16845/tester.py`). `tests/iso16845/rows` has setup, disturbance and
+picosecond by picosecond. Every level that the controller drives is compared with the level that it must drive, and so
+are its counters and what it reports to its host (`tests/iso16845/tester.py`). `tests/iso16845/rows` has setup,
+disturbance and
 expected response of each row.
 
-Numbers follow ISO 16845-1. {standard} of the {total} rows are purposes of the standard, as far as they are known in
+Numbers follow ISO 16845-1. {standard} of the {total} rows are purposes of the standard that are known in
 public; the other {variants} ({names}) are variants that a public list added:
-the same errors with a passive controller, or one in restricted operation. The standard has more to it: other chapters,
+the same errors with a passive controller, or one in restricted operation. The standard also has other chapters,
 and a part 2.
 
-An FD controller runs a purpose with classic frames and once more with FD frames.
+An FD controller runs each purpose twice: with classic frames and with FD frames.
 
 | | {heads} |
 |---|{rules}|
@@ -64,42 +65,45 @@ An FD controller runs a purpose with classic frames and once more with FD frames
 
 ## Where the standard can be read in two ways
 
-**How long an FD acknowledge is.** The ACK slot of an FD frame is one bit here, and a second dominant one is tolerated,
-as in Bosch's CAN FD 1.0 and the tools of Linux. A reading of two bits always makes what follows come one bit later.
-Rows count from their field, and so hold either way, but for one place:
+**How long an FD acknowledge is.** In canwire the ACK slot of an FD frame is one bit, and a second dominant bit is
+tolerated,
+as in Bosch's CAN FD 1.0 and the tools of Linux. If the slot always had two bits, all later bits would come one bit
+later. Rows count from their field, so they are valid for both readings, with one exception:
 
-**Where the flag of a CRC error begins in an FD frame** (7.2.5, 7.6.10). ISO 11898-1:2015 has it begin in the bit behind
-the ACK delimiter. With an ACK slot of one bit that is the third bit behind the CRC delimiter, and with one of two bits
-the fourth, which is what public test descriptions say. Ours is the bit behind the ACK delimiter: the third, or the
-fourth where the acknowledge took two bits. An acknowledgement error comes in the third bit in both readings: a sender
-waits for a late acknowledge.
+**Where the flag of a CRC error begins in an FD frame** (7.2.5, 7.6.10). In ISO 11898-1:2015 it begins in the bit after
+the ACK delimiter. With an ACK slot of one bit this is the third bit after the CRC delimiter; with one of two bits it is
+the fourth, as public test descriptions say. In canwire it is the bit after the ACK delimiter: the third, or the
+fourth if the acknowledge took two bits. An acknowledgement error comes in the third bit in both readings, because a
+sender waits for a late acknowledge.
 
 ## The long run
 
-Beside the standard's purposes stands a second opinion: a slow reference, written from the rules alone
-(`tests/bus/can/reference`), on which random schedules of frames, starts, stops and faults are played as on the bus:
-bit by bit, in whole frames and changing between both.
-`python -m tests.bus.can.reference.long_run` plays as many as one likes. In November 2026:
+In addition to the standard's purposes, a slow reference that was written from the rules alone
+(`tests/bus/can/reference`) checks the bus. Random schedules of frames, starts, stops and faults are played on both; the
+bus plays them bit by bit, in whole frames, and changing between the two.
+`python -m tests.bus.can.reference.long_run` plays any number of schedules. Results of November 2026:
 
-| seeds | frames | faults | errors told | state changes | arbitrations lost | schedules that differ |
+| seeds | frames | faults | errors reported | state changes | arbitrations lost | schedules that differ |
 |---|---|---|---|---|---|---|
 | 0 to 27,039 | 1,000,676 | 102,575 | 326,429 | 44,360 | 945,627 | 6 |
 | 27,040 to 44,299, after the repairs | 638,524 | 65,053 | 210,262 | 28,684 | 602,874 | 4 |
 | 44,300 to 71,419, after the last of them | 1,002,228 | 103,141 | 330,921 | 43,814 | 949,009 | 0 |
 
-The ten were four things, mended, and their schedules are part of the short run in CI:
+The ten differences had four causes. All are fixed, and their schedules are part of the short run in CI:
 
-- A passive sender whose missing acknowledge was spared (rule 3, exception A) went on to count 8 for a dominant bit in a
+- A passive sender whose missing acknowledge was spared (rule 3, exception A) still counted 8 for a dominant bit in a
   later flag.
-- A suspended node began a quarter of a bit early if all others came to rest at the sample point of its last suspended
+- A suspended node began a quarter of a bit early if all others became idle at the sample point of its last suspended
   bit.
-- A frame offered in an idle bit that had begun with a glitch: where all came to rest behind that bit's sample point,
-  its SOF began there, elsewhere at the bit's end. An edge in an idle bit is a hard synchronisation: the bit begins with
-  it, and an SOF begins where a bit of its sender's does, so now always at that bit's end.
-- A level forced between the last sample of an intermission and its end made a suspended node forget that it was, if the
-  bus had gone bit by bit: its suspended bits began anew with each request.
+- A frame was sent in an idle bit that had begun with a glitch. If all nodes became idle after that bit's sample point,
+  the SOF began immediately, otherwise at the bit's end. An edge in an idle bit is a hard synchronisation: the bit
+  begins
+  with the edge, and an SOF begins with a bit of its sender. So it now always begins at that bit's end.
+- A level forced between the last sample of an intermission and its end made a suspended node forget its suspension if
+  the
+  bus ran bit by bit: its suspended bits started again with each request.
 
-Since then the random schedules know glitches, too: levels forced for parts of bits, dominant and recessive, often
+Since then the random schedules also have glitches: levels forced for parts of bits, dominant and recessive, often
 several in one bit (`--glitches`).
 """
 

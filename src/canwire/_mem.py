@@ -25,12 +25,12 @@ def data_of(words: Words, at: int, length: int) -> bytes:
 
 
 def store_data(words: Words, at: int, data: bytes) -> None:
-    """Fill the eight words from `at` with up to 64 bytes, zeros behind them."""
+    """Fill the eight words from `at` with up to 64 bytes, then zeros."""
     words[at : at + 8] = memoryview(data.ljust(64, b"\0")).cast("Q")
 
 
 def clear_tail(words: Words, at: int, length: int) -> None:
-    """Zero what lies behind the first `length` of the 64 bytes that start with word `at`."""
+    """Zero the bytes after the first `length` of the 64 bytes that start with word `at`."""
     data = words[at : at + 8].tobytes()[:length].ljust(64, b"\0")
     words[at : at + 8] = memoryview(data).cast("Q")
 

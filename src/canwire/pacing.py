@@ -56,7 +56,7 @@ class Pacer:
 
     @contextmanager
     def holding(self) -> Iterator[None]:
-        """Nothing happens on the timeline meanwhile. An engine that is late lets all waiting threads in."""
+        """While held, nothing happens on the timeline. An engine that is late lets all waiting threads run first."""
         asked = object()
         self._asked.add(asked)
         try:
@@ -77,7 +77,7 @@ class Pacer:
             self._timeline.run_until(now_ns)
 
     def wake(self) -> None:
-        """Something was added to the timeline; in `holding`."""
+        """Called in `holding` after something was added to the timeline."""
         self._changed.notify_all()
         self._ring()
 

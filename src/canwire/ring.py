@@ -139,7 +139,7 @@ class Ring:
         return f"<ring, {self.contents()} of {self.capacity} records of {self.record_size} bytes>"
 
     def contents(self) -> int:
-        """Records in it. Unlike `fill` and `free` this is nobody's look at it: who is signalled when stays as it is."""
+        """Number of records in the ring. Unlike `fill` and `free` it does not affect which end is signalled when."""
         count = (_mem.load_acquire(self._words, _HEAD) - _mem.load_acquire(self._words, _TAIL)) & _M64
         return count if count <= self.capacity else 0
 
@@ -373,7 +373,7 @@ class Ring:
     def close(self) -> None:
         """Release the shared memory: this end is then full and empty. A second call does nothing.
 
-        Blocks from `acquire` stay good for as long as somebody holds them.
+        Blocks from `acquire` stay valid while a program holds them.
         """
         if self._shared:
             own = own_memory(ring_size(1, self.record_size))

@@ -32,7 +32,7 @@ class Source:
         raise NotImplementedError
 
     def wake_ns(self) -> int:
-        """Until when nobody outside can tell whether the source has acted: `next_ns`, or later."""
+        """The time before which no program can see whether the source has acted: `next_ns`, or later."""
         return self.next_ns()
 
     def run(self, limit_ns: int) -> None:
@@ -40,7 +40,7 @@ class Source:
 
 
 class Timer:
-    """One scheduled callback; `cancel` as often as you like."""
+    """One scheduled callback; `cancel` may be called repeatedly."""
 
     __slots__ = ("background", "callback", "slack_ns", "time_ns")
 
@@ -85,8 +85,8 @@ class Timeline:
     ) -> Timer:
         """Call back at `time_ns`, or now if that has passed.
 
-        A `background` timer (a periodic task's next turn) does not keep the timeline from being idle. What nobody
-        outside can tell before `slack_ns` are over need not wake up who paces the timeline.
+        A `background` timer (a periodic task's next turn) does not keep the timeline from being idle. A timer
+        whose effect no program can see for `slack_ns` does not wake the thread that paces the timeline before.
         """
         timer = Timer(max(time_ns, self.now_ns), callback, background, slack_ns)
         self._sequence += 1
@@ -106,7 +106,7 @@ class Timeline:
         return min(self._next_timer_ns(), self.busy_ns())
 
     def wake_ns(self) -> int:
-        """By when somebody has to look, for all that happens to be noticed in time; NEVER when nothing will."""
+        """When the timeline must run next, so that programs notice everything in time; NEVER if nothing is due."""
         soonest = self._wake_timer_ns()
         for source in self._sources:
             soonest = min(soonest, source.wake_ns())

@@ -46,7 +46,7 @@ class Jumpers(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Jumpers:
-        """From a row of the manual's table, "NP P NP P P", E24 first; raises BadValue."""
+        """Parse a row of the manual's table, "NP P NP P P", E24 first; raises BadValue."""
         words = text.split()
         if len(words) != len(cls._fields) or not set(words) <= set(_WORDS):
             raise BadValue(f"jumpers {text!r}: P (present) or NP for each of E24 E23 E22 E21 E20")

@@ -31,7 +31,7 @@ class IsaPlace:
 
     @property
     def resources(self) -> tuple[tuple[str, str], ...]:
-        """For the device list: what, and which of it."""
+        """The resources for the device list: kinds and values."""
         ports = f"{port_text(self.base)}-{port_text(self.base + PORTS - 1)}"
         return ("I/O", ports), ("IRQ", f"{self.irq}{'*' if self.shared_irq else ''}")
 

@@ -98,7 +98,8 @@ def capabilities_of(port: str) -> Capabilities:
 def when_heard_of(
     board: Board, identified: Callable[[Identity], object], tell: Callable[[str], object]
 ) -> None:
-    """Call back, soon and perhaps again, when a real adapter has told what it is; `tell` why it cannot be reached."""
+    """Call back, soon and perhaps several times, when a real adapter has identified itself; call `tell` with the reason
+    if it cannot be reached."""
     for slot in board.lines:
         driver = slot.line.driver if isinstance(slot, BoardLine) else None
         if isinstance(driver, OutsideDriver):

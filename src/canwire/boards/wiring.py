@@ -18,7 +18,7 @@ MOST_NODES = 110
 
 
 def warnings(bus: BusConfig, nodes: int, bit_rate: int | None = None) -> list[str]:
-    """For a CAN bus with so many nodes at this bit rate in bit/s (None: its usual one); none for a LIN bus."""
+    """The warnings for a CAN bus with this number of nodes at this bit rate (bit/s; None: its default)."""
     if bus.type != "can":
         return []
     found = []
@@ -34,7 +34,7 @@ def warnings(bus: BusConfig, nodes: int, bit_rate: int | None = None) -> list[st
 
 
 def config_warnings(config: Config) -> list[str]:
-    """For every bus of a configuration with the boards that it names."""
+    """The warnings for every bus of a configuration, with its boards."""
     there = {bus.name: bus.type for bus in config.bus}
     nodes = Counter(
         name

@@ -29,7 +29,7 @@ _SLOWEST_PS = _TABLE[-1][0]
 
 
 def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -> int:
-    """From one node's output to another's input: cable, both nodes' extra delays, and the usual hardware's.
+    """The delay from one node's output to another's input: cable, both nodes' extra delays, and the usual hardware's.
 
     0 for an ideal bus, without length or delay. Raises BadValue beyond 10 km, or 100 us for each node.
     """

@@ -27,7 +27,7 @@ class Scripted:
         return self.times
 
     def strike(self) -> None:
-        """For the bus: it has happened."""
+        """The bus calls this when the disturbance has taken effect."""
         self.struck += 1
         if self.times is not None:
             self.times -= 1

@@ -106,7 +106,7 @@ class Flip(NamedTuple):
 
 
 def flip_of(text: str) -> Flip:
-    """As "can0:103:45"; 29-bit identifiers have eight digits. Raises BadValue."""
+    """Parse a flip such as "can0:103:45"; 29-bit identifiers have eight digits. Raises BadValue."""
     found = _FLIP.fullmatch(text)
     if found is None:
         raise BadValue(f"flip {text!r}: BUS:IDENTIFIER:BIT, such as can0:103:45")
@@ -146,7 +146,7 @@ class Chosen:
 
 
 def numbers_in_words(numbers: Iterable[int]) -> str:
-    """As "3,7-9", or "none".
+    """Numbers as text: "3,7-9", or "none".
 
     >>> numbers_in_words([3, 7, 8, 9])
     '3,7-9'

@@ -30,7 +30,7 @@ from canwire.commands.shell.parser import Help, Parser
 
 
 class Verb(NamedTuple):
-    """Where a verb lives, and its line in --help."""
+    """The module of a verb, and its line in --help."""
 
     module: str
     help: str
@@ -161,7 +161,7 @@ _NEW_OBJECTS = 10_000  # between two collections; at the usual 700, collecting i
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command line, sys.argv's by default; the exit status. argparse exits by itself (SystemExit)."""
+    """Run one command line, sys.argv's by default; returns the exit status. argparse exits by itself (SystemExit)."""
     if argv is None:
         gc.set_threshold(_NEW_OBJECTS)
     words = list(sys.argv[1:] if argv is None else argv)

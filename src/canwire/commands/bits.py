@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def frame_time_ns(layout: BitLayout, frame: Frame, bit_rate: int, data_bit_rate: int) -> Fraction:
-    """From SOF to the end of EOF, exactly.
+    """The exact time from SOF to the end of EOF.
 
     BRS and the CRC delimiter change rate at their sample points: together they last one nominal and
     one data bit. Source: reference/can-protocol.md section 4.

@@ -75,11 +75,11 @@ def open_sender(
 def bring_up(
     hub: Hub, place: LinePlace, wanted: WantedMode, *, among: Sequence[LinePlace] | None = None
 ) -> None:
-    """Start the line, on which this program has a channel, unless it runs; its control is free again afterwards.
+    """Start the line, on which this program has a channel, unless it runs; then release its control.
 
-    One that was set up with such rates is started as it is; other rates on its bus are pointed out, whose lines are
-    `among` those that `every_line` has found already. Raises BadValue if it runs with other rates than those asked
-    for, InUse if somebody else has its control and does not start it.
+    A line that was set up with these rates is started unchanged. Other rates on its bus are reported, for lines
+    `among` those that `every_line` has found. Raises BadValue if it runs with other rates than those requested, InUse
+    if another program has its control and does not start it.
     """
 
     def mode_for(status: LineStatus) -> LineMode | None:
@@ -105,7 +105,7 @@ def bring_up(
 
 
 def point_out_rates(hub: Hub, bus: str, among: Sequence[LinePlace] | None = None) -> None:
-    """Say on stderr that controllers of this bus run at different rates, if they do: which ones, and who set them.
+    """Print on stderr which controllers of this bus run at different rates, if any do, and which programs set them.
 
     `among` are the lines that `every_line` has found already.
     """
@@ -114,7 +114,7 @@ def point_out_rates(hub: Hub, bus: str, among: Sequence[LinePlace] | None = None
 
 
 def line_mode(capabilities: Capabilities, wanted: WantedMode) -> LineMode:
-    """How the verbs set a line up: everything it can, errors reported. Raises BadTiming, BadValue."""
+    """How the verbs set a line up: with all that it supports, and with error reports. Raises BadTiming, BadValue."""
     if capabilities.data is None and wanted.data is not None:
         raise BadValue(f"--data-bit-rate {wanted.data}: this line knows classic CAN only; leave it out")
     return wanted.mode(capabilities)

@@ -1,4 +1,4 @@
-"""What the verbs do alike on a terminal."""
+"""Functions of all verbs for output on a terminal."""
 
 from __future__ import annotations
 

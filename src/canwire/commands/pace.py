@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def pace_text(pace: float) -> str:
-    """In words."""
+    """The pace as text."""
     return (
         f"time passes {pace:g} times as quickly as the clock" if pace else "time passes as quickly as it can"
     )

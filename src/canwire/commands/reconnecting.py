@@ -18,7 +18,7 @@ _FIRST_S, _LONGEST_S = 0.1, 2.0  # before it tries again
 
 
 def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = False) -> None:
-    """For verbs whose `run` is `going_on`; where it is `usual` there is --no-reconnect too."""
+    """Add --reconnect, for verbs whose `run` is `going_on`; with `usual` it is the default and has --no-reconnect."""
     if usual:
         parser.add_argument(
             "--reconnect",
@@ -41,7 +41,7 @@ def not_if(arguments: argparse.Namespace, starts_again: bool, what: str) -> None
 
 
 class Watch:
-    """When the hub was there. It is the `watch` of a verb's arguments; shared_hub.py's `connected` tells it."""
+    """When the hub was connected. It is `watch` in a verb's arguments, and `connected` in shared_hub.py notifies it."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
@@ -50,7 +50,7 @@ class Watch:
         self.known = False
 
     def found(self) -> None:
-        """It is; a line says for how long it was not."""
+        """The hub is connected; print how long it was not."""
         if self._lost_s is not None:
             away_s = self._clock_s() - self._lost_s
             complain(

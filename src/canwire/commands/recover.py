@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def recover(hub: Hub, place: LinePlace) -> None:
-    """Who takes part in a line may do that; so this program does for a moment."""
+    """Any program that takes part in a line may recover it, so this one takes part for a moment."""
     with hub.open_channel(place.board.id, place.line):
         hub.recover(place.board.id, place.line)
 

@@ -159,7 +159,7 @@ class Sending:
         return self._channel.status().delivered
 
     def result(self) -> int:
-        """Wait for the bus to take them; says what is missing and why, and gives up what still waits."""
+        """Wait until the bus has carried the frames; say which are missing and why, and discard those that wait."""
         status = self._settled()
         if status.delivered < self._total:
             why = self._why(status, self._place.status(self._hub))
@@ -191,7 +191,7 @@ class Sending:
         return True
 
     def give_up(self) -> ChannelStatus:
-        """Nothing may go out later. A frame on the wire cannot be taken back: try again behind it."""
+        """Discard all that waits. A frame on the wire cannot be discarded: try again after it."""
         for _ in range(_TRIES):
             self._channel.cancel()
             status = self._channel.status()

@@ -101,9 +101,9 @@ def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: 
 def share(
     hub: Hub, specs: list[tuple[str, str]], arguments: argparse.Namespace, stop: Event | None = None
 ) -> int:
-    """Plug these in, start them if that is asked for, and print what they say they are; 1 if one cannot be opened.
+    """Plug these in, start them if requested, and print their descriptions; returns 1 if one cannot be opened.
 
-    Once `stop` is set nothing is waited for.
+    When `stop` is set, it does not wait.
     """
     plugged: list[BoardInfo] = []
     try:
@@ -133,7 +133,7 @@ def share(
 
 
 def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
-    """Its line, for good: nobody has to hold it."""
+    """Start its line persistently: no program has to hold it."""
     wanted = wanted_by(arguments)
     mode = line_mode(board.lines[0].capabilities, wanted)
     if wanted.data is None:
@@ -144,7 +144,7 @@ def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
 
 
 def obstacle_of(hub: Hub, board: BoardInfo, deadline: float, stop: Event | None = None) -> str:
-    """Why its adapter cannot be opened; "" as soon as it takes part, or has said what it is and nobody started it."""
+    """Why its adapter cannot be opened; "" if it takes part, or has identified itself and was not started."""
     before, place = board.resources, LinePlace(board, 0)
     while True:
         status = place.status(hub)

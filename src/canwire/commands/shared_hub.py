@@ -39,9 +39,9 @@ def add_rate_argument(parser: argparse.ArgumentParser, option: str, help: str, u
 def connected(
     arguments: argparse.Namespace, verb: str, closing: ExitStack, *, timed: bool | None = False
 ) -> Hub:
-    """The shared hub; raises HubError if there is none: boards of this process alone would be nobody's.
+    """The shared hub; raises HubError if none runs, since no other program could use boards of this process.
 
-    A verb looks on where programs keep one time; a `timed` one takes part (None: where CANWIRE_TIMED says so).
+    In a lockstep hub a verb only observes; a `timed` one takes part (None: if CANWIRE_TIMED says so).
     """
     hub: Hub = closing.enter_context(canwire.connect(arguments.hub, name=f"canwire {verb}", timed=timed))
     if not hub.address:
@@ -60,10 +60,10 @@ def find_line(
     bus_type: str = "CAN",
     among: Sequence[LinePlace] | None = None,
 ) -> LinePlace:
-    """The line of that name; by a bus's name the first one there, to send the first one that nobody uses.
+    """The line of that name; for a bus's name the first line on it, or for sending the first unused one.
 
     `among` are the lines that `every_line` has found already.
-    Raises NoSuchBoard with the lines there are, BadValue for one of another type.
+    Raises NoSuchBoard, which names the existing lines, and BadValue for a line of another type.
     """
     places = find_lines(hub, name, among=among)
     place, there = places[0], places[0].info.bus_type

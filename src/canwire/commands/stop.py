@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def stop(hub: Hub, place: LinePlace, *, reset: bool = False) -> None:
-    """Off its bus, for everybody on it; `reset`: it also forgets how it was set up. Raises InUse."""
+    """Take the line off its bus for all its programs; with `reset` it also forgets its settings. Raises InUse."""
     with hub.open_control(place.board.id, place.line) as control:
         if reset:
             control.reset()

@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Start it and print its rates; BadValue for one that runs already, InUse while somebody has its control."""
+    """Start the lines and print their rates. Raises BadValue for a running line, InUse for one that others control."""
     with ExitStack() as closing:
         hub = connected(arguments, "up", closing)
         lines = every_line(hub)

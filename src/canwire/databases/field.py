@@ -28,13 +28,13 @@ class Words:
         return times
 
     def little(self, number: int) -> numpy.ndarray:
-        """Data bytes 8 * number and following, the first one lowest."""
+        """Eight data bytes from 8 * number on as one word, the first byte lowest."""
         if number not in self._little:
             self._little[number] = self._words[self._rows, _DATA + number].astype("u8", copy=False)
         return self._little[number]
 
     def big(self, number: int) -> numpy.ndarray:
-        """Data bytes 8 * number and following, the first one highest."""
+        """Eight data bytes from 8 * number on as one word, the first byte highest."""
         if number not in self._big:
             self._big[number] = self.little(number).byteswap()
         return self._big[number]

@@ -56,7 +56,7 @@ class End:
         return fresh
 
     def account(self, counts: GatewayCounts, *, over: bool = False) -> GatewayCounts:
-        """`counts`, with the results of the frames that were queued here; `over`: waiting frames count as given up.
+        """`counts`, with the results of the frames queued here; with `over`, waiting frames count as discarded.
 
         Once the channel is gone, the last known state counts.
         """

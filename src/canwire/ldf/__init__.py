@@ -207,7 +207,9 @@ class LinDescription:
         return raw
 
     def described(self, frame: LinFrame) -> FrameDescription:
-        """The description of a received frame: its first byte selects it if the frame is event-triggered. Raises BadFrame."""
+        """The description of a received frame: its first byte selects it if the frame is event-triggered. Raises
+        BadFrame.
+        """
         id = frame.id
         if id in self._events and frame.data:
             id = frame.data[0] & 0x3F

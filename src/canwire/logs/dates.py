@@ -46,7 +46,7 @@ def vector_date(time_ns: int) -> str:
 
 
 def ns_of_vector_date(text: str) -> int | None:
-    """Of `[Wed] Sep 30 03:06:13[.191] [pm] 2026`; also German names; None for other text."""
+    """The time of a date such as `[Wed] Sep 30 03:06:13[.191] [pm] 2026`; also German names; None for other text."""
     words = text.replace(",", " ").split()
     months = [word for word in words if word[:3].title().replace("Mär", "Mar") in _MONTH_OF]
     clock = next((word for word in words if word.count(":") == 2), "")

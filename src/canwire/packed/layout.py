@@ -1,4 +1,4 @@
-"""Where the fields of a C structure lie, and the way of their values into memory and back."""
+"""The places of a C structure's fields, and the conversion of their values to memory and back."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Misfit(ValueError):
 
 
 class Layout:
-    """Fields in their order, little-endian: one behind the other, or aligned as compilers do (`natural`).
+    """Fields in their order, little-endian: one after the other, or aligned as compilers do (`natural`).
 
     `size` and `offsets` in bytes; `align` is what a structure asks for that has this one inside.
     """

@@ -15,7 +15,7 @@ Found = list[tuple[selectors.SelectorKey, int]]
 def select(
     readers: Iterable[Any], writers: Iterable[Any], others: Iterable[Any], timeout: float | None = None, /
 ) -> tuple[list[Any], list[Any], list[Any]]:
-    """In place of select.select."""
+    """Replaces select.select."""
     three = list(readers), list(writers), list(others)
     me = current()
     if me is None or (timeout is not None and timeout <= 0):
@@ -33,7 +33,7 @@ def select(
 
 
 class Poll:
-    """In place of select.poll()."""
+    """Replaces select.poll()."""
 
     def __init__(self) -> None:
         assert originals.select_poll is not None  # it is replaced only where it is
@@ -68,7 +68,7 @@ class Poll:
 
 
 def selecting(original: Callable[..., Found]) -> Callable[..., Found]:
-    """In place of a selector's method `select`."""
+    """Replaces a selector's method `select`."""
 
     def select_in_time(selector: selectors.BaseSelector, timeout: float | None = None) -> Found:
         me = current()

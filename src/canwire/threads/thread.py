@@ -47,7 +47,7 @@ def _start_outside(me: Member, thread: threading.Thread) -> None:
 
 
 def join(thread: threading.Thread, timeout: float | None = None) -> None:
-    """In place of Thread.join."""
+    """Replaces Thread.join."""
     me, other = current(), _member_of(thread)
     if me is None or other is None or other is me or other.company is not me.company:
         originals.join(thread, timeout)

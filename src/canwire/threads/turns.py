@@ -48,7 +48,7 @@ class Turns(Polling):
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """In the order of their turns."""
+        """The threads, in the order of their turns."""
         return tuple(self._members)
 
     def now_ns(self) -> int:
@@ -178,7 +178,7 @@ class Turns(Polling):
         return self.over
 
     def poke(self) -> None:
-        """From any thread: something came that the hub does not know of."""
+        """Report from any thread input that the hub does not know of."""
         with self._lock:
             if self._poked.locked():
                 self._poked.release()

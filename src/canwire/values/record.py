@@ -1,6 +1,6 @@
 """The record that travels through every ring: 80 bytes, laid out like VCI's CANMSG2.
 
-Words are little-endian. `dwTime` and the reserved word behind it hold one 64-bit time in
+Words are little-endian. `dwTime` and the reserved word after it hold one 64-bit time in
 nanoseconds; a dialect that uses ticks converts them.
 
     offset  size  field

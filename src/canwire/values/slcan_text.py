@@ -182,7 +182,7 @@ def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
 
 
 def format_slcan_frame(frame: Frame, stamp: int = -1) -> bytes:
-    """The line, CR included; with a `stamp` (0..0xFFFF) behind the data if that is not -1. Raises BadValue."""
+    """The line, CR included; with a `stamp` (0..0xFFFF) after the data if that is not -1. Raises BadValue."""
     if frame.__class__ is not Frame:
         instance("frame", frame, Frame)
     if stamp != -1 and not 0 <= stamp <= 0xFFFF:

@@ -24,7 +24,7 @@ MOST_FIELDS = 400
 
 @dataclass(frozen=True)
 class Call:
-    """One request to change something: who asked, in which language, and what was typed."""
+    """One request to change something: its viewer, the language, and the typed values."""
 
     desk: Desk
     request: Request

@@ -72,7 +72,7 @@ class Desk:
         return answer
 
     def part(self, request: Request, template: str, **values: Any) -> Response:
-        """A piece of a page; in templates `t` is the words, `writer` whether this viewer has the token."""
+        """Render a piece of a page; in templates `t` has the texts, `writer` whether this viewer has the token."""
         words = self.words(request)
         values |= {
             "t": words,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class LinUse(NamedTuple):
-    """A LIN line as it is, and who has it."""
+    """The state of a LIN line, and the program that has its control."""
 
     status: LinLineStatus
     control_holder: str

@@ -21,9 +21,9 @@ async def converse(
     speak: Callable[[], Awaitable[None]],
     hear: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Until the viewer has gone: run `speak` and give `hear` each JSON object that the viewer sends.
+    """Until the viewer leaves, run `speak` and pass `hear` each JSON object that the viewer sends.
 
-    A viewer that says anything else, too much of it, or what `hear` raises ValueError for, is disconnected.
+    A viewer that sends anything else, too much, or an object for which `hear` raises ValueError, is disconnected.
     """
     await socket.accept()
     speaking = asyncio.ensure_future(_quietly(speak))

@@ -30,8 +30,8 @@ _MESSAGE_BYTES = 131_072
 class Site:
     """A page that can be served: `address` has the token, `run` blocks until `stop`.
 
-    `port` 0 is any free one, None the usual one where that is free (a browser remembers by ports).
-    `databases` are files for Databases. With `viewers` everybody on this machine may look, without the token.
+    `port` 0 is any free port, None the default port if it is free (a browser stores its data by port).
+    `databases` are files for Databases. With `viewers` any user of this machine may watch without the token.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Site:
 
     @property
     def url(self) -> str:
-        """For viewers, who may only read."""
+        """The address for viewers, which may only read."""
         return f"http://{LOOPBACK}:{self.port}/"
 
     @property

@@ -43,7 +43,7 @@ class Words:
         return self.texts[key].format(**values)
 
     def decimal(self, number: float, digits: int) -> str:
-        """With the language's point or comma."""
+        """A number with the language's decimal point or comma."""
         return f"{number:.{digits}f}".replace(".", self.texts["base.decimal-point"])
 
     def localised(self, text: str) -> str:
@@ -62,7 +62,7 @@ class Words:
         return f"{sentence} ({plain})" if sentence else plain
 
     def told(self, kind: str, text: str) -> str:
-        """A sentence that the hub says in English, with base.error-KIND before it."""
+        """A sentence of the hub in English, with base.error-KIND before it."""
         return self.trouble(Trouble.said(text, kind))
 
 

@@ -117,7 +117,7 @@ def test_what_does_not_fit_is_told() -> None:
     local, remark = set_up(driver, 2)
     assert local == 2
     assert remark == (
-        "the controller was set up before and lets in nothing for machine 2; /I sets it up again"
+        "the controller was set up before and accepts nothing for machine 2; /I sets it up again"
     )
     deaf = acan.HardConfig(acan.acan_word(0x4A), acan.acan_word(0x7FF), acan.acan_word(1), acan.acan_word(1))
     assert "for all" in set_up(Wire().driver(deaf), 2)[1]
@@ -431,7 +431,7 @@ def test_numbers_setting_up_and_loop_on_a_bus(bench: Bench) -> None:
     forced.wait("CANTERM: machine 3 to machine 1")
     status, _, told = bench.run("term", TWO, "2", "1", "-T", "0")
     assert told.splitlines()[0] == (
-        "canwire: the controller was set up before and lets in nothing for machine 2; /I sets it up again"
+        "canwire: the controller was set up before and accepts nothing for machine 2; /I sets it up again"
     )
 
 

@@ -138,7 +138,7 @@ class Channel(Sink):
         return self.line_filter is not None or (self.filter is not None and not self._open)
 
     def arrive(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
-        """A frame, unless what its interface set on the line says otherwise; one `looped` back passes its registers."""
+        """Deliver a frame that passes the filters of the line and the interface; a `looped` frame passes registers."""
         code = 0
         if self.line_filter is not None:
             code = self.line_filter.judge(box.words[1])
@@ -148,7 +148,7 @@ class Channel(Sink):
             self.deliver(box, at_ns, flags | code << 24)
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        """A frame for this channel, unless its filter says otherwise; `flags` are more info bits."""
+        """Deliver a frame for this channel if its filter accepts it; `flags` are more info bits."""
         if not self.fd and box.words[1] >> 32 & _FD:
             pass  # nothing that its client could read
         elif self.filter is not None:
@@ -157,7 +157,7 @@ class Channel(Sink):
             self._take(box, at_ns, box.words[1], flags)
 
     def deliver_sent(self, box: Mailbox, at_ns: int) -> None:
-        """A frame that this channel's own line sent; `siblings` says what becomes of it."""
+        """Deliver a frame that this channel's own line sent, as `siblings` says."""
         head = box.words[1]
         if self.siblings == _EVERY:
             self.deliver(box, at_ns, _SELF_RECEPTION)

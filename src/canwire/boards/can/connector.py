@@ -137,7 +137,7 @@ class CanLine:
             self.line.driver.accept((0, 0), (0, 0))
 
     def welcome(self, channel: Channel) -> None:
-        """Before a channel is opened on the line: a controller that holds frames up for others does so no longer."""
+        """Called before a channel is opened on the line: the controller stops holding frames for others."""
         if not channel.frames or channel.kin == self.line.kin:
             return
         if self._narrow:
@@ -170,7 +170,7 @@ class CanLine:
         self.line.kick()
 
     def annotate(self, note: bytes, kin: str = "") -> None:
-        """Another note of this kin, told as a change; the controller is left alone. Raises NotInitialised."""
+        """Replace this kin's note and report a change; the controller is not touched. Raises NotInitialised."""
         if self.mode is None:
             raise NotInitialised(f"{self.line.name}: initialise the line before it is given a note")
         own = self._hearings.get(kin) or unasked(self.info)
@@ -222,10 +222,10 @@ class CanLine:
         self._leave(stopped)
 
     def reset(self, kin: str = "") -> None:
-        """Leave the bus mid-bit if need be and forget the settings; queues of channels keep what they have.
+        """Leave the bus, even in the middle of a bit, and forget the settings; channels' queues keep their content.
 
         Filters of this kin have the modes of `initialise` again, to be looked at (source: VCI V4 manual 5.2.4;
-        rulings 4); what programs of other kins asked to hear stays.
+        rulings 4); the settings of programs of other kins stay.
         """
         if (own := self._hearings.get(kin)) is not None and own.filter is not None:
             self._after_reset[kin] = filter_of(own.mode)
@@ -244,7 +244,7 @@ class CanLine:
         self._after_reset.clear()
 
     def release(self, present: set[str]) -> None:
-        """Programs of no other kin than these have anything open: what others asked to hear ends, unless it is kept."""
+        """Remove the settings of all kins but these, whose programs still have something open, unless they are kept."""
         for kin, own in list(self._hearings.items()):
             if kin and kin not in present and not own.mode.keeps:
                 self._forget(kin)
@@ -316,7 +316,7 @@ class CanLine:
         return own.filter.of(extended)
 
     def filter_mode(self, extended: bool, kin: str = "") -> int:
-        """Of one frame format, after a reset that of `initialise`; raises NotInitialised before the first one."""
+        """The filter mode of one frame format; after a reset that of `initialise`. Raises NotInitialised before it."""
         if self.mode is None and kin in self._after_reset:
             return self._after_reset[kin].of(extended).mode
         return self.format_filter(extended, kin).mode

@@ -144,7 +144,7 @@ class Line(Host):
         return count
 
     def kick(self) -> None:
-        """Something was queued: load it if a mailbox is free."""
+        """Load a queued frame if a mailbox is free."""
         driver = self.driver
         lone = self._lone
         if lone is not None and not (lone.urgent or lone.untrusted or driver.several):
@@ -158,7 +158,7 @@ class Line(Host):
                 driver.poll()
 
     def hear(self, kin: str, hearing: Hearing) -> None:
-        """What channels of this kin hear from now on."""
+        """Set what channels of this kin receive from now on."""
         self._hearings[kin] = hearing
         for channel in self._all:
             if channel.kin == kin:

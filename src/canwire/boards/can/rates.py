@@ -170,5 +170,5 @@ def format_setter(status: LineStatus) -> str:
 
 
 def data_rate(mode: LineMode) -> int | None:
-    """After BRS, in bit/s; None for a line without."""
+    """The bit rate after BRS, in bit/s; None for a line without a data rate."""
     return None if mode.data_timing is None else mode.data_timing.bit_rate

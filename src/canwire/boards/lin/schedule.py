@@ -69,7 +69,7 @@ class LinScheduler:
         return len(self._requests) + self._to_fetch
 
     def add(self, tables: Mapping[str, LinSchedule] | LinSchedule) -> None:
-        """More tables, or others in place of those of the same name; one that runs is not touched."""
+        """Add tables, which replace those of the same name; a running table does not change."""
         self.tables |= {tables.name: tables} if isinstance(tables, LinSchedule) else dict(tables)
 
     def start(self, name: str | None = None, *, rounds: int | None = None) -> None:

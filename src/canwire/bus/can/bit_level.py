@@ -155,7 +155,7 @@ class BitLevel:
         self._change_ps = min(self._change_ps, max(at_ps, stimulus.next_ps - self.offset_ps()))
 
     def offset_ps(self) -> int:
-        """From the timeline's start to `enter`."""
+        """The time from the timeline's start to `enter`."""
         return self.origin_ns * 1000 + self.origin_ps
 
     def at_ns(self, at_ps: int) -> int:
@@ -175,14 +175,14 @@ class BitLevel:
         return any(clock.node is node and clock.station.transmits() for clock in self.clocks)
 
     def activity(self, node: Node) -> int:
-        """As Bus.activity."""
+        """The same as Bus.activity."""
         for clock in self.clocks:
             if clock.node is node:
                 return clock.station.activity()
         return _QUIET
 
     def coast(self, limit_ns: int) -> bool:
-        """Take a stretch of bits in which nobody notices anything in one step; False if there is none by then.
+        """Process in one step a stretch of bits in which no node reports anything; False if none begins here.
 
         `now_ps` is its last sample point then, of the node that samples last, `limit_ns` at the latest.
         """
@@ -355,7 +355,7 @@ class BitLevel:
         return self._undisturbed_level(clock, at_ps - 1) == 0
 
     def resting(self) -> bool:
-        """Nothing is under way on the wire."""
+        """Whether the wire is idle."""
         if self.shorted or self._wire == 0 or self._shown == 0 or self._forcing or self.pinned:
             return False
         for clock in self.clocks:

@@ -119,7 +119,7 @@ class CanBus(BusState):
             self._leave_rest()
 
     def interrupt(self) -> None:
-        """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
+        """Change to the bit level in the middle of a frame, so that a change takes effect at the present bit."""
         if self._state == _SENDING:
             for node in self._members:
                 self.catch_up(node)

@@ -83,14 +83,14 @@ class BusState(Bus):
         return node.sequences
 
     def resting(self) -> bool:
-        """Nothing is on the wire."""
+        """Whether the wire is idle."""
         return self.idle()
 
     def idle(self) -> bool:
         return self._state == _REST and self.timeline.now_ns >= self._free_ns
 
     def account(self) -> BusLoad:
-        """The load, with the frame on the wire, or the intermission behind it, counted up to this moment."""
+        """The load, which includes the frame on the wire or the intermission after it, up to this moment."""
         upto_ns = self.timeline.now_ns
         if self._state == _REST and upto_ns > self._free_ns:
             upto_ns = self._free_ns

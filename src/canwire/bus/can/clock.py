@@ -161,7 +161,7 @@ class Clock:
         self.echo.drive(self.station.out, at_ps)
 
     def pass_bits(self, bits: int, at_ps: int) -> None:
-        """So many bits have begun, the first at `at_ps`, and been sampled."""
+        """Count this number of bits, which have begun, the first at `at_ps`, and been sampled."""
         self.start_ps = at_ps + (bits - 1) * self.bit_ps()
         self.due_ps = self.start_ps + self.bit_ps()
         self.synchronised = self.joins = self.edged = False

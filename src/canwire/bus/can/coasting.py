@@ -38,8 +38,7 @@ _FEW_BITS = 5  # as many equal ones as a frame has
 
 
 class Stretch:
-    """The next stretch of bits of one bus. Its levels are those of `levels` from index `first` on; if `level` is not -1,
-    all its bits have that level.
+    """The next stretch of bits of one bus: `levels` from index `first` on, or `level` for all if it is not -1.
 
     `sender` is the clock whose frame is read; None between frames.
     """
@@ -64,7 +63,7 @@ class Stretch:
         return self._look_ahead(clocks, most)
 
     def first_sender(self, clocks: list[Clock]) -> Clock | None:
-        """Of those that still contend, the one that will win."""
+        """The clock of the node that will win among those that still contend."""
         found = None
         for clock in clocks:
             station = clock.station
@@ -200,7 +199,7 @@ class Stretch:
         return self.level if self.level >= 0 else self.levels[self.first + bit]
 
     def last_fall(self, bits: int) -> int:
-        """One of so many bits such that behind the next one the wire does not become dominant any more."""
+        """The index, below `bits`, of a bit after whose next one the wire has no falling edge."""
         if self.level >= 0:
             return 0
         at = bits - 1

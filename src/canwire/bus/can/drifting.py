@@ -27,7 +27,7 @@ _LONG = 1 << 20
 class Apart(Stretch):
     """The next stretch of a bus whose clocks disagree.
 
-    `lead` is the clock whose bits are counted, from its `due_ps` on; nothing of it happens behind `latest_ps`.
+    `lead` is the clock whose bits are counted, from its `due_ps` on; the stretch ends at `latest_ps` at the latest.
     """
 
     def __init__(self) -> None:

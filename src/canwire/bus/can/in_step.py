@@ -1,6 +1,7 @@
 """Which frames may be taken whole: those in which every edge falls on a bit boundary of every node.
 
-The proof is docs/whole-frames.md. Asked once for each change of who is on the bus and how it is set, never for a frame.
+The proof is docs/whole-frames.md. Called once for each change of the nodes on the bus or of their settings, never for
+a frame.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from canwire.bus.can.node import CLASSIC_ONLY, Node
 
 
 class InStep(NamedTuple):
-    """Of which frames it is shown that the bit level gives the same: classic ones, FD ones, those that switch rates."""
+    """The kinds of frames for which the bit level provably gives the same: classic, FD, and those that switch rates."""
 
     classic: bool
     fd: bool
@@ -41,7 +42,9 @@ def one_format(members: Sequence[Node]) -> bool:
 
 
 def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool:
-    """All change the rate at the same instants, and no bits are so long that who waits takes them for an idle bus."""
+    """All nodes change the rate at the same instants, and no bit is so long that a waiting node takes it for an idle
+    bus.
+    """
     switches = {(node.sample_ps, node.data_bit_ps, node.data_sample_ps) for node in members}
     if len(switches) > 1:
         return False
@@ -49,7 +52,7 @@ def data_bits_coincide(members: Sequence[Node], waiting: Sequence[Node]) -> bool
 
 
 def reads_itself(node: Node) -> bool:
-    """Nothing but its own bit is there when a node looks at one, in the nominal phase."""
+    """Whether a node that samples in the nominal phase sees its own bit alone."""
     return node.loop_ps <= node.sample_ps - 2 * node.sample_gap_ps
 
 

@@ -29,7 +29,7 @@ class Joining:
         return self.quiet_from_ns * 1000 + self.quiet_from_ps
 
     def next_ns(self, start_ns: int, start_ps: int) -> int:
-        """When the first of them has seen enough, if it is not behind this SOF; or NEVER."""
+        """When the first of them has seen enough recessive bits, unless that is after this SOF; or NEVER."""
         soonest = _NEVER
         for node in self.nodes:
             if node.waiting:

@@ -73,7 +73,7 @@ class Mailbox:
 
 
 class Sink:
-    """Where the frames go that a node receives, if nobody between it and the bus needs to see them."""
+    """Where received frames go directly, if no object between the node and the bus needs to see them."""
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
         """A frame; `box` is good until this returns, `flags` are more info bits for its record."""

@@ -53,7 +53,7 @@ def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
 
 
 def resume_frame(clocks: Sequence[Clock]) -> None:
-    """Behind an SOF: nobody takes part but those who contend still."""
+    """After an SOF: only nodes that still contend take part."""
     for clock in clocks:
         station = clock.station
         if station.contending is None and station.state == IDLE:
@@ -80,7 +80,7 @@ def _fail_unacknowledged(station: Station, slot: int, passive: bool) -> None:
 
 
 def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
-    """Where the intermission behind this frame begins, for all that heard it; who is suspended has sent, too."""
+    """Where the intermission after this frame begins, for all nodes that received it; a suspended node sent it."""
     for clock in clocks:
         station = clock.station
         if station.state == SUSPEND:

@@ -35,9 +35,9 @@ def store(reader: FrameReader, words: _mem.Words) -> None:
 
 
 def alike(one: FrameReader, other: FrameReader, classic: bool) -> bool:
-    """True if both are at the same place of the same frame, and will take the next bits alike.
+    """True if both are at the same place of the same frame, and will read the next bits alike.
 
-    `classic` says that these are a classic frame's, which those read alike who differ in what they make of FD frames.
+    `classic` says that the bits are those of a classic frame, which readers with different FD settings read alike.
     """
     same = (
         one.field == other.field

@@ -145,7 +145,7 @@ class Station:
         return self.transmitting and (self.finished or _FRAME <= self.state <= _OVERLOAD_FLAG)
 
     def activity(self) -> int:
-        """As Bus.activity."""
+        """The same as Bus.activity."""
         if self.state == _FRAME or self.finished:
             return _SENDING if self.transmitting else _RECEIVING
         if _ACTIVE_FLAG <= self.state <= _OVERLOAD_FLAG:
@@ -269,7 +269,7 @@ class Station:
             self.node.received(self.box, self.now_ns)
 
     def bits_till_valid(self, left: int) -> int:
-        """Of so many recessive bits up to the frame's end, those before the one at which the node takes it as valid."""
+        """How many of the recessive bits up to the frame's end precede the one at which the node takes it as valid."""
         early = self.node.validates_early and not self.transmitting and not self.stored
         return left - 2 if early and left > 1 else left
 

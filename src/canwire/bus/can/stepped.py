@@ -105,7 +105,7 @@ class SteppedFrame:
             node.arbitration_losses += 1
 
     def activity(self, node: Node, now_ns: int) -> int:
-        """As Bus.activity, up to the end of EOF."""
+        """The same as Bus.activity, up to the end of EOF."""
         if self.transmits(node, now_ns):
             return _SENDING
         joined = node.contending is not None or self._at_ns(self.lead_ps + node.sample_ps) < now_ns
@@ -117,12 +117,12 @@ class SteppedFrame:
         return node is self.sender or (box is not None and now_ns <= self._loses_ns(node, box))
 
     def fails(self, now_ns: int) -> bool:
-        """After an ACK slot without acknowledge: the error frame lasts, of which `end_ps` is the intermission's end."""
+        """Whether an error frame follows an unacknowledged frame; `end_ps` is then the end of its intermission."""
         node = self.sender
         return now_ns <= self._at_ns(self.end_ps - (_INTERMISSION + 1) * node.bit_ps + node.sample_ps)
 
     def activity_behind(self, node: Node, now_ns: int) -> int:
-        """As Bus.activity, in the intermission behind the frame, which `end_ps` is the end of."""
+        """Bus.activity during the intermission after the frame that ended at `end_ps`."""
         if now_ns > self._at_ns(self.end_ps - node.bit_ps + node.sample_ps):
             return _QUIET
         return _SENT if node is self.sender else _RECEIVED_LAST
@@ -171,7 +171,7 @@ def losing_bit(key: int, winner: int) -> int:
 
 
 def wire_bit(key: int, bit: int) -> int:
-    """Where a bit of the arbitration field is on the wire, counted from SOF with stuff bits."""
+    """The position of a bit of the arbitration field on the wire, counted from SOF with stuff bits."""
     at = run = 1
     last = 0
     for k in range(bit + 1):

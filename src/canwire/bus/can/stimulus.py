@@ -38,5 +38,5 @@ class Stimulus:
             self.next_ps = self.times_ps[self.position] if more else _NEVER
 
     def over(self) -> bool:
-        """Nothing more is to come."""
+        """Whether all levels have been forced."""
         return self.next_ps == _NEVER

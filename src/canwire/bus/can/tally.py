@@ -1,4 +1,4 @@
-"""What has happened on one bus, counted once for all who take part. Called by bus.py and station.py."""
+"""What has happened on one bus, counted once for all nodes. Called by bus.py and station.py."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class WireField(NamedTuple):
 
     @property
     def stuff_places(self) -> list[int]:
-        """Where the stuff bits are, counted from SOF."""
+        """The positions of the stuff bits, counted from SOF."""
         return [self.start + k for k, stuff in enumerate(self.stuffed) if stuff]
 
     def _pairs(self) -> Iterator[tuple[str, int]]:

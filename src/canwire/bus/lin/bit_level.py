@@ -120,7 +120,7 @@ class LinBitLevel:
         return False
 
     def at_rest(self) -> bool:
-        """Nothing of a frame is under way anywhere; nobody waits for a response but who need not."""
+        """No node is sending or reading a frame, and no node has to wait for a response."""
         if self.level == 0 or self.shorted != FREE:
             return False
         return all(station.at_rest() or station.stands_by() for station in self.stations)

@@ -1,4 +1,4 @@
-"""The LIN bus: one wire, whose master asks and whose slaves answer.
+"""The LIN bus: one wire, on which the master sends headers and slaves answer.
 
 A plain frame takes two steps: its header, then its response or the silence in its place. Whatever is not plain (two
 who answer, two masters, a clock that does not follow, a fault, a sleeping node, a trace of levels) goes bit by bit
@@ -125,7 +125,7 @@ class LinBus(LinMedium):
         return sending or (self._state == _RESPONSE and node is self._owner)
 
     def resting(self) -> bool:
-        """Nothing is on the wire, and no response is waited for."""
+        """Whether the wire is idle and no node waits for a response."""
         return self._state == _REST
 
     def short(self, level: int) -> None:
@@ -180,7 +180,7 @@ class LinBus(LinMedium):
         return self._due_ns
 
     def wake_ns(self) -> int:
-        """The end of a header shows only when the response behind it is over."""
+        """No program sees the end of a header before the response after it is over."""
         if self._state != _HEADER:
             return self._due_ns
         found = self._foreseen(self._offer.id)
@@ -189,7 +189,7 @@ class LinBus(LinMedium):
         )
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
-        """As `LinMedium.foreseen_ns`."""
+        """The same as `LinMedium.foreseen_ns`."""
         found = self._foreseen(id)
         return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
 

@@ -15,7 +15,7 @@ IDENTIFIERS = 64
 
 
 class LinResponse:
-    """The bytes that answer a header, and what a ring wants to know of them.
+    """The bytes that answer a header, with the properties that a record stores.
 
     `octets` are data and checksum. `enhanced` says which checksum fits, None when neither does. `bits` is the
     length on the wire from the end of the header, `space_bits` of them before the first byte, and `gap_bits` between
@@ -48,7 +48,7 @@ class LinResponse:
 
     @classmethod
     def heard(cls, id: int, octets: bytes) -> LinResponse:
-        """Bytes as they came over the wire, with whichever checksum fits; who hears them knows which one is right."""
+        """Bytes as they came over the wire, with the checksum that fits; the receiver knows which one is right."""
         data, checksum = octets[:-1], octets[-1]
         if checksum == lin_checksum(data):
             return cls(id, octets, False)
@@ -117,7 +117,7 @@ class LinNode:
         raise NotImplementedError
 
     def unanswered(self, id: int, received: int, at_ns: int) -> None:
-        """The time for a response is over and `received` bytes of it came; told to who asked or subscribes."""
+        """The time for a response is over and `received` bytes came; called for the master and subscribers."""
         raise NotImplementedError
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
@@ -125,7 +125,7 @@ class LinNode:
         raise NotImplementedError
 
     def finished(self, offer: LinOffer, at_ns: int) -> None:
-        """What this node offered is over, one way or another; the calls above told how."""
+        """This node's transmission is over; the calls above have reported the result."""
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
@@ -165,7 +165,7 @@ class LinMedium(Source):
         raise NotImplementedError
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
-        """How long a header of this node's and the response to it will take, as things are; 0: nobody can say."""
+        """How long a header of this node and its response will take in the present state; 0 if that is unknown."""
         raise NotImplementedError
 
     def on_wire(self, node: LinNode) -> bool:

@@ -12,7 +12,7 @@ NO_RESPONSE = -1
 
 
 class Outgoing(NamedTuple):
-    """Fields on their way to the wire, and the bits (field, bit) of them that noise inverts for everybody."""
+    """Fields on their way to the wire, and the bits (field, bit) of them that noise inverts for all nodes."""
 
     fields: list[Field]
     flips: frozenset[tuple[int, int]] = frozenset()
@@ -42,9 +42,9 @@ class LinDisturber:
 
 
 class Wire:
-    """`planned` is how many bytes of data the response at hand has, NO_RESPONSE before there is any.
+    """`planned` is the number of data bytes of the current response, NO_RESPONSE before it begins.
 
-    Nobody can read a frame's length off the wire; nodes that were not told it know it by this.
+    The wire does not show a frame's length; nodes without a configured length use this number.
     """
 
     def __init__(self) -> None:

@@ -122,7 +122,7 @@ class CanFdController(Node):
         self.host.event(_STATE, 0, -1, False, at_ns, 0)
 
     def restart(self, at_ns: int) -> None:
-        """After bus-off: begin to wait for 128 times 11 recessive bits; elsewhere nothing happens."""
+        """After bus-off, begin to wait for 128 times 11 recessive bits; in other states do nothing."""
         if self.confinement.state == _BUS_OFF and not self.waiting:
             self._interrupt()
             self._wait(RECOVERY_SEQUENCES, at_ns)

@@ -26,7 +26,7 @@ class News(NamedTuple):
 
 
 def news(block: TaskBlock) -> News:
-    """Since the last call; clears the block's status."""
+    """What happened since the last call; clears the block's status."""
     status = block.acknowledge()
     happened = status.conditions
     lines = _of_the_bus(block, happened)
@@ -55,7 +55,7 @@ def _of_the_bus(block: TaskBlock, happened: Condition) -> list[str]:
 
 
 def bus_error(code: int) -> str:
-    """Of SJA1000's error code: `bus error at the acknowledge slot, sending: nobody acknowledges`."""
+    """The text of an SJA1000 error code: `bus error at the acknowledge slot, sending: nobody acknowledges`."""
     kind, place = _KINDS[code >> 6 & 3], code & 0x1F
     way = "receiving" if code & 0x20 else "sending"
     where = f" at the {ECC_PLACES[place]}" if place in ECC_PLACES else ""

@@ -21,7 +21,7 @@ _STANDARD_BITS = acan.acan_word(0x7FF)
 
 
 def identifier(machine: int) -> int:
-    """Of messages for that machine, 1 to 7, or for all: 0."""
+    """The identifier of messages for that machine, 1 to 7, or for all machines: 0."""
     return _BASE | machine
 
 
@@ -82,5 +82,5 @@ def set_up(
 
 
 def rate_remarks(driver: Driver) -> list[str]:
-    """Other controllers of its bus at other rates: which, and who set them."""
+    """Remarks on other controllers of its bus at other rates: their lines, and the programs that set them."""
     return [f"! {conflict}" for conflict in conflicts_on(driver.hub, driver.bus)] if driver.bus else []

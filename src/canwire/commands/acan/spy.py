@@ -1,7 +1,7 @@
 """CANSPY without its screen: its banner, its trace, the last messages sent.
 
-While it runs the controller lets in everything, and nobody else can change that; afterwards the filters are again
-what they were.
+While it runs, the controller accepts all frames, and no other program can change that; afterwards the filters are
+restored.
 Source: INduCAN104 manual, "CAN Spy (CANSPY)".
 """
 
@@ -32,7 +32,7 @@ _PATIENCE_S = 1.0  # for room in the driver's queue
 
 
 def banner(version: tuple[int, int], config: HardConfig, *, before: bool) -> list[str]:
-    """The heading of a trace; `before`: somebody had initialised the controller."""
+    """The heading of a trace; `before`: the controller was initialised already."""
     number = f"{version[0]}.{version[1]}"
     return [
         TITLE,
@@ -167,9 +167,9 @@ class Spy:
         self._block: TaskBlock | None = None
 
     def start(self, clock_khz: int = CLOCK_KHZ, rate_kbps: int = RATE_KBPS) -> None:
-        """Banner, filters open, trace on; the two are for a controller nobody has initialised.
+        """Print the banner, open the filters and start the trace. Clock and rate apply to an uninitialised controller.
 
-        Raises InUse if somebody holds the filters already, BadTiming.
+        Raises InUse if another program holds the filters, BadTiming.
         """
         before, was_on = self._driver.config(), self._driver.on_bus
         base = before or acan.HardConfig(0, 0, 0, 0, clock_khz=clock_khz, rate_kbps=rate_kbps)

@@ -26,7 +26,7 @@ _NO_NAME = "No name: no longer"
 
 
 class SpyScreen(Window):
-    """The trace. `rates` are kHz and kbit/s for a controller nobody has initialised; `messages` are sent first."""
+    """The trace. `rates` are kHz and kbit/s for an uninitialised controller; `messages` are sent first."""
 
     TITLE = "CANSPY"
     MENUS = (

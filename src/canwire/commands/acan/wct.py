@@ -64,7 +64,7 @@ class Settings:
 
     @classmethod
     def of_texts(cls, texts: dict[str, str]) -> Settings:
-        """From entries by their names in small letters; those left out are as usual. Raises BadValue."""
+        """Settings from entries by their names in small letters; missing ones have their defaults. Raises BadValue."""
         numbers = {}
         for name in _RANGES:
             if name not in texts:

@@ -82,7 +82,7 @@ class WctScreen(Window):
         self.wct.terminal.check()
 
     def typed(self, keys: bytes) -> None:
-        """From the keyboard to the bus."""
+        """Send typed text to the bus."""
         self.guarded(lambda: self._show(self.wct.terminal.typed(keys)))
 
     def action_options(self) -> None:

@@ -36,7 +36,7 @@ class Field(NamedTuple):
 
 
 class News(Message):
-    """Something has come; posted from the driver's thread."""
+    """A notification that input has arrived; posted from the driver's thread."""
 
 
 class Title(Label):
@@ -230,11 +230,11 @@ class Window(App[None]):
             self.exit(return_code=2)
 
     def wake(self) -> None:
-        """From any thread: there is something to take."""
+        """Report from any thread that there is something to take."""
         self.post_message(News())
 
     def tell(self, what: str) -> None:
-        """In the last line."""
+        """Show text in the last line."""
         self.screen_stack[0].query_one("#status", Static).update(what)
 
     def action_menu(self) -> None:

@@ -19,7 +19,7 @@ class Words(NamedTuple):
     rest: tuple[str, ...]
 
     def number(self, letter: str, usual: int, base: int = 10) -> int:
-        """Of /C:16000; raises BadValue."""
+        """The number of a word such as /C:16000; raises BadValue."""
         text = self.switches.get(letter)
         if text is None:
             return usual

@@ -37,7 +37,7 @@ _END = re.compile(rb"[\r\n\0]")
 
 
 def attach(arguments: argparse.Namespace) -> int:
-    """Until Ctrl-C, SIGTERM or the end of the device; raises BadValue for a path that is taken."""
+    """Serve the terminal until Ctrl-C, SIGTERM or the end of the device; raises BadValue for a path that is taken."""
     from canwire import candrv
 
     if sys.platform == "win32":
@@ -158,7 +158,7 @@ class Terminal:
                 pending = b""
 
     def write(self, text: bytes) -> None:
-        """An event for the reader; waits for room while somebody has it open."""
+        """Write an event for the reader; waits for room while a program has the terminal open."""
         poll = select.poll()
         poll.register(self._ours, select.POLLOUT)
         while text and not self._left.is_set():
@@ -173,7 +173,7 @@ class Terminal:
                 return
 
     def leave(self) -> None:
-        """No more waiting."""
+        """End every wait for this terminal."""
         self._left.set()
 
     def __enter__(self) -> Terminal:
@@ -212,7 +212,7 @@ class Reader(threading.Thread):
         self.error: CanwireError | None = None
 
     def run(self) -> None:
-        """Until the handle is closed."""
+        """Forward events until the handle is closed."""
         try:
             while True:
                 text = self._handle.read_text()

@@ -1,4 +1,4 @@
-"""CanWrite, CanRead and CanMon of the CANDRV manual. CanMon's lines, told by no listing, are
+"""CanWrite, CanRead and CanMon of the CANDRV manual. CanMon's lines, of which the manual has no listing, are
 
     time event lost frame identifier rtr dlc data...       12568 RECEIVED 0 STD 00000112 0 4 11 22 33 44
 
@@ -53,7 +53,7 @@ def can_write(switches: Switches, closing: ExitStack) -> int:
 
 
 class Written:
-    """How many messages CanWrite got rid of; it says once that none goes out any more, as nobody may be listening."""
+    """How many messages CanWrite has sent. It reports once that sending has stopped, perhaps for want of a receiver."""
 
     def __init__(self, device: str) -> None:
         self.count = self._before = 0

@@ -34,7 +34,7 @@ def remove(arguments: argparse.Namespace) -> int:
 
 
 def list_entries(arguments: argparse.Namespace) -> int:
-    """All entries; those that are not stored stand behind a #, with their default."""
+    """All entries; an entry that is not stored is printed after a #, with its default."""
     from canwire.candrv.registry.registry import ROWS
 
     store = _store(arguments)

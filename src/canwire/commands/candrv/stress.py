@@ -102,7 +102,7 @@ class Stress:
         return found
 
     def run(self, start: str) -> None:
-        """Until everything is sent, nothing moves any more, or `stop`; raises Failure when the device has gone."""
+        """Run until everything is sent, sending has stalled, or `stop`; raises Failure when the device is gone."""
         say(start)
         begun = time.monotonic()
         try:

@@ -11,9 +11,9 @@ _LOOK_S = 0.5  # Windows tells of Ctrl-C between two waits only
 def work(
     call: Callable[[], object], stop: Callable[[], object], look: Callable[[], object] = lambda: None
 ) -> None:
-    """`call` until its end; what it raises is raised. Ctrl-C does `stop`, waits for that end and is raised then.
+    """Run `call` to its end and raise what it raises. Ctrl-C calls `stop`, waits for the end and is raised then.
 
-    `look` is called every half second meanwhile. What `call` raises after `stop` is nobody's: it was stopped.
+    `look` is called every half second meanwhile. What `call` raises after `stop` is dropped.
     """
     ended = threading.Event()
     errors: list[BaseException] = []

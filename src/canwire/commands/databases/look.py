@@ -143,7 +143,7 @@ def _message_differences(one: MessageDescription, other: MessageDescription) -> 
 
 
 def identifier_of(message: MessageDescription) -> str:
-    """In hex, eight digits with 29 bits."""
+    """The identifier in hex, with eight digits if it has 29 bits."""
     return f"{message.id:08X}" if message.extended else f"{message.id:03X}".rjust(8)
 
 

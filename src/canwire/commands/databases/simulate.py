@@ -100,7 +100,7 @@ class Running:
         self._refused = 0
 
     def run(self, duration_s: float | None) -> None:
-        """Until the time is over, or without end. Where no node acknowledges, cycles that find no room are left out."""
+        """Send until the time is over, or without end. If no node acknowledges, cycles without room are left out."""
         end_ns = None if duration_s is None else self._now_ns() + round(duration_s * _NS)
         while end_ns is None or self._now_ns() < end_ns:
             for frame in self._simulation.due(self._now_ns()):

@@ -23,7 +23,7 @@ class Finding(NamedTuple):
 
 
 def examined(facts: Facts) -> list[Finding]:
-    """In the order in which people should read it."""
+    """All findings, in the order in which to read them."""
     return [finding for check in CHECKS for finding in check(facts)]
 
 

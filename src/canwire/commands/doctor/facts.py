@@ -25,7 +25,7 @@ class Interface:
 
 @dataclass(frozen=True)
 class HubFacts:
-    """A socket where a hub should be. `answers` is False where nobody listens; then the rest says nothing.
+    """A socket where a hub should be. `answers` is False if no hub listens; the other fields then have no meaning.
 
     `conflicts` are buses whose lines run at different rates, `late` what keeps its buses from keeping up with the
     clock, `troubled` lines that are bus-off, shorted or lose frames, each in a sentence.

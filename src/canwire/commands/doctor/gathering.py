@@ -1,4 +1,4 @@
-"""Finds out what this machine is like; nothing is opened that somebody may be using, nothing changed."""
+"""Collects facts about this machine. It opens nothing that a program may be using, and changes nothing."""
 
 from __future__ import annotations
 

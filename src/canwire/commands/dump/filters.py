@@ -106,7 +106,8 @@ class Capture(NamedTuple):
 
 
 def parse_capture(filters: Sequence[str], kinds: Sequence[str], errors: bool) -> Capture:
-    """Of every --filter and --kind, which may hold several with commas between them, and of -e; raises BadValue."""
+    """The capture of all --filter and --kind options, each with one or more items between commas, and of -e; raises
+    BadValue."""
     parts = [part for text in filters for part in text.split(",")]
     found = tuple(_parsed(part) for part in parts if part != _JOIN)
     named = tuple(part for text in kinds for part in text.split(","))

@@ -1,4 +1,4 @@
-"""Where `canwire dump` puts what it hears: lines on stdout, or packets for Wireshark."""
+"""Where `canwire dump` writes received records: as lines on stdout, or as packets for Wireshark."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Output(Protocol):
     shown: defaultdict[str, int]
 
     def put(self, name: str, records: Sequence[Record], most: int | None) -> int:
-        """As many of a line's records as may be shown, `most` at most (None: all); how many these were."""
+        """Print a line's records, at most `most` (None: all); returns their number."""
 
     def flush(self) -> None:
         """Hand it on."""
 
     def end(self, lost: Callable[[], Mapping[str, int]]) -> None:
-        """Nothing more comes; `lost` tells how many records of each line were lost."""
+        """End the output; `lost` has the number of lost records of each line."""
 
 
 class Lines:

@@ -195,7 +195,7 @@ class Dump:
         self._output = _output(arguments, hub, listening.sources, capture, databases)
 
     def run(self) -> None:
-        """Until enough was shown, the time is over, or nothing came in time."""
+        """Print records until their number or the time is reached, or nothing came in time."""
         while self._left != 0:
             found = self._listening.take(
                 _BATCH if self._left is None else min(_BATCH, self._left), self._patience_s()

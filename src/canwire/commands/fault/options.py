@@ -205,7 +205,7 @@ def stay(arguments: Arguments) -> dict[str, Any]:
 
 
 def seen_by(arguments: Arguments) -> str | list[str]:
-    """Of --seen-by."""
+    """The value of --seen-by."""
     names = str(arguments.seen_by).split(",")
     return names[0] if len(names) == 1 else names
 

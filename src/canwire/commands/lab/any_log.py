@@ -53,7 +53,7 @@ class AnyLog:
 
 
 def log_to_play(path: str, wanted: Callable[[Frame], bool] | None = None) -> CandumpLog | AnyLog:
-    """The log at this path; standard input, and what nobody knows, is taken for candump's, which says what is wrong."""
+    """The log at this path. Standard input and unknown formats are read as candump logs; faults are reported."""
     if path != "-":
         try:
             with open_log(path) as log:

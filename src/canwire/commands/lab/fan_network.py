@@ -28,7 +28,7 @@ Tell = Callable[[str], None]
 
 
 class Coding(Protocol):
-    """How temperatures and switching commands become frames, and who lets them in."""
+    """How temperatures and switching commands are coded as frames, and which node accepts them."""
 
     def temperature(self, sensor: int, degrees: int) -> Frame: ...
 
@@ -146,7 +146,7 @@ class Sensor(NodeScript):
 
 
 class Fan(NodeScript):
-    """Turns when told to and says whether it turns; tells the story when its controller changes state."""
+    """Turns on command and reports whether it turns; prints each change of its controller's state."""
 
     def __init__(self, machine: Machine, coding: Coding, number: int, tell: Tell) -> None:
         self._machine, self._coding, self._number, self._tell = machine, coding, number, tell

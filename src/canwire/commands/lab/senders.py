@@ -1,8 +1,8 @@
 """The nodes that send a log's frames: one for each identifier, as in a car, up to what a bus can carry.
 
-What a bus does for a frame grows with its nodes. Where a log has more identifiers than MOST (J1939's sessions, a
-fuzzer's random ones), nodes take turns: each serves one identifier until its frames have gone out, then another. There
-are as many as had something to send at the same time, POOL at the most; frames that are due together arbitrate as
+The work of a bus for a frame grows with its nodes. If a log has more identifiers than MOST (J1939's sessions, a
+fuzzer's random ones), nodes are reused: each serves one identifier until its frames are sent, then another. The number
+of nodes is that of identifiers with frames at the same time, POOL at most; frames that are due together arbitrate as
 before.
 """
 
@@ -18,7 +18,7 @@ Key = tuple[bool, int]  # extended, identifier
 
 
 class Senders:
-    """With few identifiers all nodes are on the bus before the first frame."""
+    """The sending nodes. With few identifiers all of them are on the bus before the first frame."""
 
     def __init__(self, bus: LabBus, keys: Collection[Key]) -> None:
         self._bus = bus

@@ -64,7 +64,7 @@ class Senders:
         return line is None or self._by_line[line].queue(frame)
 
     def line(self, channel: str) -> str | None:
-        """Where frames of this channel go; None: nowhere."""
+        """The line to which frames of this channel go; None if they are not sent."""
         return self._targets.line(channel)
 
     def result(self) -> int:

@@ -46,11 +46,11 @@ class Summary:
         return self.bus_time_s / self.wall_time_s if self.wall_time_s > 0 else 0.0
 
     def facts(self) -> dict[str, Any]:
-        """For --json."""
+        """The summary for --json."""
         return {**asdict(self), "speed_factor": round(self.speed_factor, 3)}
 
     def lines(self) -> list[str]:
-        """For people, one number a line."""
+        """The summary as text, one number on each line."""
         return [
             line("frames", str(self.frames)),
             line("lost", str(self.lost)),

@@ -56,9 +56,9 @@ def mode_text(status: LinLineStatus) -> str:
 
 
 def begin_listening(hub: Hub, place: LinePlace, wish: Wish) -> str:
-    """Have the line running unless somebody else is about to start it; returns what to say of it.
+    """Start the line unless another program is about to start it; returns a message about it.
 
-    The caller has a monitor on it, so it stays as it is after its control was given back: others may take that.
+    The caller has a monitor on it, so it keeps running after its control is released; other programs may take that.
     Raises BadValue if it runs with another bit rate than the one asked for.
     """
     status = lin_status_of(hub, place)
@@ -80,7 +80,7 @@ def begin_listening(hub: Hub, place: LinePlace, wish: Wish) -> str:
 def become_master(hub: Hub, place: LinePlace, bit_rate: int | None, closing: ExitStack) -> LinControl:
     """The line's control, held until `closing`, and the line running as master.
 
-    Raises InUse while somebody else has the control, BadValue if it runs with another bit rate.
+    Raises InUse while another program has the control, BadValue if it runs with another bit rate.
     """
     try:
         control = closing.enter_context(hub.open_lin_control(place.board.id, place.line))
@@ -98,7 +98,7 @@ def become_master(hub: Hub, place: LinePlace, bit_rate: int | None, closing: Exi
 
 
 def point_out_rates(hub: Hub, place: LinePlace) -> None:
-    """Say on stderr that lines of one bus run at different bit rates, if they do: which ones, and who holds them."""
+    """Print on stderr which lines of one bus run at different bit rates, if any do, and which programs hold them."""
     found = [
         (one, hub.lin_status(one.board.id, one.line))
         for one in find_lines(hub, place.info.bus or place.address)

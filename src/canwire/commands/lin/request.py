@@ -22,14 +22,14 @@ _SERIAL, _OWN = 1, 32
 
 
 def add_request_arguments(parser: argparse.ArgumentParser) -> None:
-    """Of `request`."""
+    """Add the arguments of `request`."""
     _add_node(parser, "01 to 7F, or 7E for all nodes, which none answers")
     parser.add_argument("payload", metavar="HEX", help="service and data: B2.00.FF7F.FFFF (up to 4095 bytes)")
     _add_timeout(parser)
 
 
 def add_identify_arguments(parser: argparse.ArgumentParser) -> None:
-    """Of `identify`."""
+    """Add the arguments of `identify`."""
     _add_node(parser, "its NAD: 01 to FF")
     parser.add_argument(
         "--id", type=int, default=0, metavar="N", help="1: serial number, 32 to 63: its supplier's"
@@ -39,7 +39,7 @@ def add_identify_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_assign_arguments(parser: argparse.ArgumentParser) -> None:
-    """Of `assign`."""
+    """Add the arguments of `assign`."""
     _add_node(parser, "its NAD, with --nad the initial one")
     wanted = parser.add_mutually_exclusive_group(required=True)
     wanted.add_argument("--nad", metavar="NAD", help="the NAD that it is to have")
@@ -51,7 +51,7 @@ def add_assign_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_save_arguments(parser: argparse.ArgumentParser) -> None:
-    """Of `save`."""
+    """Add the arguments of `save`."""
     _add_node(parser, "its NAD: 01 to FF")
     _add_timeout(parser)
 

@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class Sending:
-    """One frame after the other; a monitor tells what became of each."""
+    """Sends one frame after the other; a monitor reports the result of each."""
 
     def __init__(
         self, control: LinControl, monitor: Monitor, place: LinePlace, shown: Shown, timeout_s: float

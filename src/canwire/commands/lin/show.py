@@ -1,4 +1,4 @@
-"""What LIN monitors hear, as lines on stdout; with a description (LDF) the signals behind them."""
+"""Records of LIN monitors as lines on stdout; with a description (LDF) each line ends with the signals."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Shown:
         self._epoch_ns = epoch_ns(hub)
 
     def show(self, message: LinFrame | LinEvent) -> None:
-        """A log line, and behind it the signals where a description knows the frame."""
+        """A log line, followed by the signals if a description knows the frame."""
         if isinstance(message, LinFrame):
             own, knows = message.sent, True
         else:

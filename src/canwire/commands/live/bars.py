@@ -15,7 +15,7 @@ def format_reading(reading: Reading, width: int) -> str:
 
 
 def format_bar(reading: Reading, width: int, columns: int, *, coloured: bool) -> str:
-    """The same behind a bar that fills a terminal so wide, with a mark where the peak was; cut where it is narrow."""
+    """The same after a bar that fills a terminal of this width, with a mark at the peak; cut on a narrow terminal."""
     figures = _figures(reading)
     room = columns - width - len(figures) - 5
     if room < _LEAST:

@@ -17,7 +17,7 @@ class Decode(Protocol):
 
 
 def decoder(path: str) -> Decode:
-    """Of a DBC, KCD, SYM or ARXML file, for every channel; raises BadDescription, ExtraMissing."""
+    """A decoder by a DBC, KCD, SYM or ARXML file, for every channel; raises BadDescription, ExtraMissing."""
     from canwire import load_database
 
     database = load_database(path)

@@ -82,7 +82,7 @@ def _one_of_each_bus(hub: Hub) -> list[tuple[str, LinePlace]]:
 
 
 class Listening:
-    """Channels on these lines, which are started unless they run; `told` says of each how it is."""
+    """Channels on these lines, which are started unless they run; `told` has a message on the state of each."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class Listening:
             source.channel.check()
 
     def counted(self, source: Source) -> Counted:
-        """Of one line, so far; raises HubError where the hub cannot be asked."""
+        """The counters of one line so far; raises HubError if the hub does not answer."""
         lost = source.channel.status().lost
         now = source.place.status(self._hub).errors
         errors = now - source.errors_before if now >= source.errors_before else now

@@ -16,7 +16,7 @@ _ERRORS = 3  # of one rate, after which it is wrong: the first frame may have be
 
 
 class Candidate(NamedTuple):
-    """A rate to try; `told`: the data rate counts, since with the usual one nothing was understood."""
+    """A rate to try; `told`: report the data rate, because no frame was received with the default one."""
 
     nominal: BitTiming
     data: BitTiming | None

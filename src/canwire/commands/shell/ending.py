@@ -47,7 +47,7 @@ def signals_raise() -> Iterator[None]:
 
 @contextmanager
 def signals_call(stop: Callable[[], object]) -> Iterator[None]:
-    """For verbs that work until a signal stops them: each of these signals is their regular end."""
+    """Run `call` for a verb that works until a signal stops it: each of these signals is its regular end."""
 
     def end(number: int, frame: FrameType | None) -> None:
         stop()
@@ -75,7 +75,7 @@ def _handled(
 
 
 def is_full(error: Exception) -> bool:
-    """There is no room for what was written, to what has no name: standard output."""
+    """Whether an error says that a file without a name, that is standard output, has no room for what was written."""
     return isinstance(error, OSError) and error.errno in _FULL and error.filename is None
 
 

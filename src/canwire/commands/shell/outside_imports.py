@@ -33,7 +33,7 @@ _MAKES_ATTRIBUTES = "canwire.values.frozen"
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
-    """What `call` returns or raises. In other threads than the main one signals are somebody else's."""
+    """Run `call` and return its result. It handles signals in the main thread only."""
     before: dict[int, Handler] = {}
     try:
         for number in ENDING:

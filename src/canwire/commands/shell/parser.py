@@ -62,7 +62,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Of words that are missing only those are named without which the verb does nothing."""
+        """Among missing words the message names only those without which the verb does nothing."""
         head, required, names = message.partition("are required: ")
         if required:
             optional = {one.metavar for one in self._get_positional_actions() if one.nargs in ("*", "?")}

@@ -19,13 +19,13 @@ class Expected:
         self._databases = databases
 
     def message(self, one: IdentifierStatistics) -> MessageDescription | None:
-        """From the first of the channel's databases that knows the identifier; None if none does."""
+        """The message of the first database of the channel that knows the identifier; None if none does."""
         frame = LinFrame(one.id) if one.lin else Frame(one.id, extended=one.extended)
         found = (database.message_of(frame) for database in self._databases.of(one.channel))
         return next((message for message in found if message is not None), None)
 
     def deviation(self, one: IdentifierStatistics) -> float | None:
-        """By how many percent the mean period is longer than the cycle time; None if either is unknown."""
+        """The percentage by which the mean period exceeds the cycle time; None if either is unknown."""
         message = self.message(one)
         if message is None or not message.cycle_s or one.mean_s is None:
             return None

@@ -15,7 +15,7 @@ from canwire.commands.view.table import Row
 
 
 class Texts(NamedTuple):
-    """Of one row. `data` is bytes in hex with blanks between, or the text in place of them; periods in ms."""
+    """The texts of one row. `data` is bytes in hex with blanks between, or the text in place of them; periods in ms."""
 
     line: str
     id: str

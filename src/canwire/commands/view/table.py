@@ -61,7 +61,7 @@ class Row:
         self.record = record
 
     def copy(self) -> Row:
-        """As it is now, whatever comes."""
+        """A copy of the present table, which later records do not change."""
         made = Row(self.key, self.record)
         made.count, made.gap_ns, made.least_ns, made.most_ns = (
             self.count,
@@ -87,7 +87,7 @@ class Table:
 
     @property
     def rows(self) -> list[Row]:
-        """In order: by line, 11-bit identifiers first."""
+        """The rows in order: by line, 11-bit identifiers first."""
         if self._sorted is None:
             self._sorted = [self._rows[key] for key in sorted(self._rows)]
         return self._sorted

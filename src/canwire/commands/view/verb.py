@@ -118,7 +118,7 @@ class Plain:
         self._counts: dict[object, int] = {}
 
     def run(self, interval_s: float, seconds: float | None) -> None:
-        """Until the time is over (None: without end)."""
+        """Show the table until the time is over (None: without end)."""
         end_s = None if seconds is None else self._now_s() + seconds
         due_s = self._now_s() + interval_s
         while end_s is None or self._now_s() < end_s:

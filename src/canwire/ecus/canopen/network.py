@@ -48,7 +48,7 @@ class LabCanopen(Network):  # type: ignore[misc]
         object_dictionary: str | ObjectDictionary | None = None,
         upload_eds: bool = False,
     ) -> RemoteNode:
-        """As in canopen; raises BadValue for `upload_eds`, which needs a network in the wall clock's time."""
+        """Add a node; raises BadValue for `upload_eds`, which needs a network in the wall clock's time."""
         if upload_eds:
             raise BadValue("upload_eds: read object 0x1021 by a remote node, and give its text to import_od")
         if isinstance(node, int):

@@ -22,7 +22,7 @@ class LabRemoteNode(RemoteNode):  # type: ignore[misc]
             pdo.receive_condition = LabCondition(node)
 
     def add_sdo(self, rx_cobid: int, tx_cobid: int) -> SdoClient:
-        """As in canopen."""
+        """Add an SDO client as in canopen."""
         client = _LabSdo(self._node, rx_cobid, tx_cobid, self.object_dictionary)
         self.sdo_channels.append(client)
         if self.has_network():

@@ -69,7 +69,7 @@ class Nmt(NmtSlave):  # type: ignore[misc]
 
 
 class Sdo(SdoServer):  # type: ignore[misc]
-    """The SDO server of a node: it answers while the node is pre-operational or operational, and only requests of 8 bytes.
+    """The SDO server of a node. It answers requests of 8 bytes while the node is pre-operational or operational.
 
     Block transfers are in `blocks.py`.
     """
@@ -130,7 +130,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
 
 
 class Emergencies(EmcyProducer):  # type: ignore[misc]
-    """Also kept in the error register and list of errors of the dictionary, if it has them."""
+    """Emergency messages, which are also kept in the dictionary's error register and list of errors, if it has them."""
 
     def __init__(self, node: LocalNode) -> None:
         super().__init__(0x80 + node.id)

@@ -106,7 +106,7 @@ class J1939Ecu:
     def send(self, pgn: int, data: bytes, destination: int = GLOBAL, priority: int = _PRIORITY) -> None:
         """One frame; more than 8 bytes by BAM to all nodes, by RTS and CTS to one.
 
-        Waits its turn behind another long message to the same destination. Raises BadValue for more than 1785 bytes,
+        It waits for another long message to the same destination to end. Raises BadValue for more than 1785 bytes,
         and can-j1939's RuntimeError while there is no address.
         """
         _check(pgn, data)

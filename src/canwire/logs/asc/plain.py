@@ -1,4 +1,4 @@
-"""ASC's usual line by numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`, with anything behind the data."""
+"""ASC's usual line by numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`, with any text after the data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LAST_S = 9_000_000_000
 
 
 def candidates(fields: Fields) -> Any:
-    """By the number of words, and the `d` of data."""
+    """The lines that may be plain, by the number of words and the `d` of data."""
     kind = fields.at(_KIND, slice(None))
     return (fields.count > _DLC) & (kind.size == 1) & (kind.character(0) == ord("d"))
 

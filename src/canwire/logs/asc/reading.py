@@ -35,7 +35,7 @@ _FD_FLAGS_EDL, _FD_FLAGS_BRS, _FD_FLAGS_ESI = 1 << 12, 1 << 13, 1 << 14
 
 
 def recognises(head: bytes) -> bool:
-    """By the first lines, of which one is `date` or `base`."""
+    """Recognises the format by the first lines, of which one is `date` or `base`."""
     lines = head.decode("utf-8", "replace").lstrip("\ufeff").splitlines()[:5]
     return any(_BASE.match(line) or (_DATE.match(line) and line[:4].lower() == "date") for line in lines)
 

@@ -30,7 +30,7 @@ _WRONG = (BadText, BadFrame, BadValue, struct.error, ValueError, IndexError, Key
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic number."""
+    """Recognises the format by its magic number."""
     return head.startswith(b.MAGIC)
 
 

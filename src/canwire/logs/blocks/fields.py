@@ -89,7 +89,7 @@ class Column:
         return found
 
     def part(self, begin: Any, size: Any) -> Column:
-        """A part of it: from here on, so long."""
+        """The part of each field that begins at `begin` and has `size` characters."""
         return Column(self._block, self.begins + begin, self.begins + begin + size)
 
     def decimal(self, most: int) -> tuple[Any, Any]:

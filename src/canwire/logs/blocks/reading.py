@@ -35,7 +35,7 @@ class LineReader(Protocol):
         """Which lines may be plain, as things stand."""
 
     def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
-        """Of candidates: records, which of them are plain in fact, and keys of their channels."""
+        """Parse candidates: returns records, which of them are really plain, and the keys of their channels."""
 
     def name(self, key: Any) -> str:
         """The channel of that key."""

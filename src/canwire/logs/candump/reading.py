@@ -98,7 +98,7 @@ class LineParser:
         return found
 
     def check_times(self, records: numpy.ndarray) -> None:
-        """What the time of a first record tells: whether the log is dated."""
+        """Find out from the time of the first record whether the log is dated."""
         if len(records) and self._latest_ns is None:
             self._begin(int(records["time_ns"][0]))
 

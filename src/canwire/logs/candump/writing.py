@@ -1,4 +1,6 @@
-"""Writes candump logs. Plain frames are laid out as columns of bytes, and a mask removes the columns that a line lacks."""
+"""Writes candump logs. Plain frames are laid out as columns of bytes, and a mask removes the columns that a line
+lacks.
+"""
 
 from __future__ import annotations
 

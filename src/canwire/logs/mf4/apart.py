@@ -25,7 +25,7 @@ FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # where libraries of t
 
 
 def read_apart(source: Source, read: Callable[[Source], numpy.ndarray]) -> numpy.ndarray:
-    """The records that `read` makes of the source, and what it tells of it; without forks in this process.
+    """The records and properties that `read` finds in the source; without forks it reads in this process.
 
     Raises BadLog: `read`'s own, for a reader that crashed, and for one that needs more than the source's limits.
     """

@@ -32,7 +32,7 @@ _AT_ONCE = 50_000
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic words: MDF, version 4."""
+    """Recognises the format by its magic words: MDF, version 4."""
     return head.startswith((b"MDF     4", b"UnFinMF 4"))
 
 

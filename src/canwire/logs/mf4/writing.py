@@ -44,7 +44,7 @@ class Writer(FormWriter):
         self._parts.append(records)
 
     def sync(self) -> None:
-        """Nothing: the file is written at its end."""
+        """Does nothing: the file is written at its end."""
 
     def end(self) -> None:
         numpy = load_numpy()

@@ -59,7 +59,7 @@ _WRONG = (BadText, BadFrame, struct.error, ValueError, IndexError, KeyError)
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic number."""
+    """Recognises the format by its magic number."""
     return head[:4] == _MAGIC or head[:4] in _PCAP
 
 

@@ -99,7 +99,7 @@ class Trace:
             raise self.mistake(self._placed(error, query), query) from None
 
     def mistake(self, error: Exception, query: str) -> BadValue:
-        """What DuckDB says of a query, in one line: a relation whose rows are fetched raises duckdb.Error itself."""
+        """DuckDB's message about a query, in one line: a relation whose rows are fetched raises duckdb.Error itself."""
         return BadValue(one_line(error, query, self.tables))
 
     def _placed(self, error: Exception, query: str) -> Exception:

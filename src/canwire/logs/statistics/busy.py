@@ -18,7 +18,7 @@ _LIN_HEADER, _LIN_BYTE = 34, 10  # bits: break, delimiter, sync, identifier; sta
 
 
 class Busy:
-    """Of one channel. `begin_ns` is where the first step begins."""
+    """The busy time of one channel. `begin_ns` is where the first step begins."""
 
     def __init__(self, begin_ns: int) -> None:
         self.unknown = False

@@ -1,4 +1,4 @@
-"""What is counted by channel: frames by kind and direction, errors, other events, and what the log says of itself."""
+"""Counts for each channel: frames by kind and direction, errors, other events, and marks of the log."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ChannelCounts:
 
     @property
     def rates(self) -> tuple[int, int]:
-        """The bit rate that holds now, and the one behind BRS; 0: not known."""
+        """The current bit rate, and the one after BRS; 0 if unknown."""
         usual = (0, 0) if self._numbers["lin_frames"] else self._usual_rates
         return self.set_rates[0] or usual[0], self.set_rates[1] or usual[1]
 

@@ -58,7 +58,7 @@ class Identifiers:
         self._add_groups(columns, numbers, begins)
 
     def results(self, channels: list[str]) -> list[IdentifierStatistics]:
-        """By name of the channel and identifier."""
+        """The results by the channel's name and the identifier."""
         for number in list(self._early):
             self._settle(number)
         rows = self._rows[: self._known]

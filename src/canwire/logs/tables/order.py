@@ -33,7 +33,7 @@ def rows_among(records: numpy.ndarray) -> tuple[Any, str]:
 
 
 def by_identifier(records: numpy.ndarray) -> Any:
-    """Where the records go: by kind, format and identifier; those of one stay in their order."""
+    """The order of records by kind, format and identifier; records of one identifier keep their order."""
     numpy = load_numpy()
     extended = (records["info"] & EXTENDED != 0).astype("u8")
     keys = records["kind"].astype("u8") << 33 | extended << 32 | records["id"]

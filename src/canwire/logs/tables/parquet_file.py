@@ -56,7 +56,7 @@ class Writer(FormWriter):
             self._put_group()
 
     def sync(self) -> None:
-        """Nothing: the file means something at its end only."""
+        """Does nothing: the file is complete only at its end."""
 
     def end(self) -> None:
         try:
@@ -78,7 +78,7 @@ class Writer(FormWriter):
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic number."""
+    """Recognises the format by its magic number."""
     return head.startswith(b"PAR1")
 
 

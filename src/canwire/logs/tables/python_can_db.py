@@ -32,7 +32,7 @@ class Writer(sqlite_file.Writer):
         return [(row.time_ns / 1e9, *row[1:]) for row in python_can_rows(self, records)]
 
     def about(self, database: sqlite3.Connection) -> None:
-        """Nothing: python-can's has one table."""
+        """Does nothing: python-can's file has one table."""
 
 
 def recognises(head: bytes) -> bool:

@@ -108,12 +108,12 @@ class Writer(FormWriter):
 
 
 def recognises(head: bytes) -> bool:
-    """By its magic words."""
+    """Recognises the format by its magic words."""
     return head.startswith(b"SQLite format 3\0")
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """By time; a row that means nothing is a fault. Raises BadLog for another database."""
+    """Read rows by time; a row that means nothing is a fault. Raises BadLog for another database."""
     if source.path == "-":
         raise BadLog("sqlite: a database cannot be read from standard input")
     with ExitStack() as closing_all:

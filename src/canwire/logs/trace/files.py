@@ -13,7 +13,7 @@ PARQUET = ".parquet"
 
 
 def file_name(number: int) -> str:
-    """Of the file with this number, from 1 on."""
+    """The name of the file with this number, from 1 on."""
     return f"{number:05d}{PARQUET}"
 
 

@@ -61,7 +61,7 @@ class Writer(FormWriter):
                 self._log(taken)
 
     def sync(self) -> None:
-        """From the first time on everything goes into a journal as well."""
+        """Flush the journal; from the first call on all records are also written to a journal."""
         if not self._flushed:
             self._finish()
             self._flushed = True

@@ -22,7 +22,7 @@ def changing(fields: Fields) -> Any:
 
 
 def candidates(fields: Fields, columns: Sequence[str]) -> Any:
-    """By the number of words; none where columns have an order that is not usual."""
+    """The lines that may be plain, by the number of words; none if the order of columns is not the default."""
     usual = columns[-1] == "D" and "O" in columns and "I" in columns and ("L" in columns or "l" in columns)
     return (fields.count >= len(columns) - 1) & usual & ~changing(fields)
 

@@ -34,7 +34,7 @@ _VERSION_1_LINE = re.compile(rb"\s*\d+\)\s+\d+(\.\d+)?\s")
 
 
 def recognises(head: bytes) -> bool:
-    """By `;$FILEVERSION`, or by numbered lines below comments (version 1.0)."""
+    """Recognises the format by `;$FILEVERSION`, or by numbered lines below comments (version 1.0)."""
     if b";$FILEVERSION" in head:
         return True
     lines = [line for line in head.splitlines() if line.strip()]

@@ -48,7 +48,7 @@ class LinProduct:
 
     @property
     def octets(self) -> bytes:
-        """As identifier 0 has it."""
+        """The bytes as identifier 0 returns them."""
         parts = self.supplier.to_bytes(2, "little") + self.function.to_bytes(2, "little")
         return parts + bytes([self.variant])
 

@@ -98,7 +98,7 @@ class BitTiming:
 
     @property
     def sample_time_ps(self) -> int:
-        """From the start of a bit to its sample point, in picoseconds, rounded."""
+        """The time from the start of a bit to its sample point, in picoseconds, rounded."""
         return self._picoseconds(1 + self.tseg1)
 
     @property

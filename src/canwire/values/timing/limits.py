@@ -190,7 +190,7 @@ def usual_limits(bit_rate: int) -> TimingLimits:
 
 
 def usual_sample_point(bit_rate: int) -> Fraction:
-    """CiA 301's 87.5 %, but 80 and 75 % at 800 and 1000 kbit/s as everybody's registers; FD data 80 %."""
+    """CiA 301's 87.5 %, but 80 and 75 % at 800 and 1000 kbit/s, as in common register tables; FD data 80 %."""
     if 800_000 < bit_rate <= 1_000_000:
         return Fraction(3, 4)
     return Fraction(4, 5) if bit_rate > 500_000 else Fraction(7, 8)

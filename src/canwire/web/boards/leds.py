@@ -29,7 +29,7 @@ class Leds:
 
 
 def leds_of(hub: Hub, line: Line) -> Leds:
-    """As the line's status and its chip's interrupt register are now."""
+    """The LEDs for the present status of the line and interrupt register of its chip."""
     status = line.can
     assert status is not None
     state = ErrorState(status.state)

@@ -20,7 +20,7 @@ class Chip(NamedTuple):
 
 
 def registers_of(hub: Hub, boards: Collection[int]) -> list[Chip]:
-    """Of the CAN lines of these boards (their numbers at the hub) whose controller has registers."""
+    """The registers of the CAN lines of these boards (their numbers at the hub) whose controller has registers."""
     found = []
     for place in every_line(hub, "CAN"):
         if place.board.id not in boards:

@@ -1,4 +1,4 @@
-"""What the view keeps: the program, the threads of its windows, and the viewers who want to know of changes."""
+"""What the view keeps: the program, the threads of its windows, and the viewers that wait for changes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a line has sent, heard on a channel of the page's own that takes none of the driver's virtual channels.
+"""Frames that a line has sent, received on a separate channel that uses none of the driver's virtual channels.
 
-So a send-only window knows what was sent, and when, though its handle gets no TRANSMITTED events.
+With it a send-only window knows which frames were sent, and when, though its handle gets no TRANSMITTED events.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Echoes:
         return [(_message(frame), frame.timestamp_ns) for frame in frames if frame.self_received]
 
     def wait(self) -> None:
-        """Until there is a frame to take; raises CanwireError when the channel is over."""
+        """Wait until there is a frame to take; raises CanwireError when the channel has ended."""
         self._channel.reading.wait(None)
 
     @property

@@ -1,4 +1,4 @@
-"""CanCheck to one viewer: {"main": ..., "windows": [...]} whenever something of it changes, as often as it reads."""
+"""Sends CanCheck's state to one viewer, {"main": ..., "windows": [...]}, after changes, as fast as the viewer reads."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Feed:
         self._told = ""
 
     async def run(self) -> None:
-        """Until the viewer has gone."""
+        """Send changes until the viewer has left."""
         loop = asyncio.get_running_loop()
 
         def changed() -> None:

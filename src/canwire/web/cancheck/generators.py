@@ -22,9 +22,9 @@ BURST = 64  # messages of one `fire`, so that others get their turn
 
 
 class Row(NamedTuple):
-    """A generator as the list shows it. `due_ns` None: paused. `message` is what comes next.
+    """A generator as the list shows it. `due_ns` None: paused. `message` is the next one.
 
-    `waits`: it is due, and the send buffer is full. `trouble`: why it was paused, "" if nobody was to blame.
+    `waits`: it is due, and the send buffer is full. `trouble`: the error that paused it, "" if none did.
     """
 
     number: int
@@ -98,7 +98,7 @@ class Generators:
             return one.recipe
 
     def cancel_edit(self, index: int) -> None:
-        """As it was before `begin_edit`; nothing if it was activated, paused or changed since."""
+        """Restore the state before `begin_edit`; do nothing if the generator was activated, paused or changed since."""
         with self._changed:
             one = self._one(index)
             if one.before is not None:
@@ -157,7 +157,7 @@ class Generators:
             return None if due is None else max(0, due.due_ns - now_ns)
 
     def wait(self, pause_ns: int | None) -> None:
-        """Until so much of the clock's time is over, or a generator was activated."""
+        """Wait until this time of the clock is over, or a generator was activated."""
         with self._changed:
             if pause_ns is not None or self._next() is None:
                 self._changed.wait(None if pause_ns is None else pause_ns / 1e9)

@@ -54,7 +54,7 @@ class Listing:
         self.trouble = ""
 
     def append(self, *rows: Row) -> None:
-        """More rows, shown and logged."""
+        """Add rows, which are shown and logged."""
         with self._lock:
             self._rows.extend(rows)
             self._total += len(rows)

@@ -51,7 +51,7 @@ class CanCheck:
 
     @property
     def windows(self) -> list[Window]:
-        """In the order in which they were opened."""
+        """The windows in the order in which they were opened."""
         with self._lock:
             return list(self._windows)
 

@@ -65,7 +65,7 @@ class ReceiveWindow:
         return count
 
     def wait(self) -> None:
-        """Until there is an event to take, or the handle is closed."""
+        """Wait until there is an event to take, or the handle is closed."""
         self.handle.wait_comm_event()
 
     def clear_overrun(self) -> None:
@@ -102,7 +102,7 @@ class ReceiveWindow:
         self._changed()
 
     def filter_rows(self) -> FilterRows:
-        """As the filter works now, under the Align and MaskActive that the driver was loaded with."""
+        """The rows for the present filter, with the Align and MaskActive with which the driver was loaded."""
         standard = self._filter.bits(False)
         if self._filter.data_bits:
             standard += " " + self._filter.data_bits

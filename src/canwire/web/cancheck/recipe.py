@@ -1,6 +1,6 @@
-"""What a message generator sends: the fields of its window, and from them message after message.
+"""What a message generator sends: the fields of its window, and the messages that follow from them.
 
-Source: CANDRV manual, 10.4, send dialog; docs/cancheck.md for what it leaves open.
+Source: CANDRV manual, 10.4, send dialog; docs/cancheck.md where the manual is silent.
 """
 
 from __future__ import annotations

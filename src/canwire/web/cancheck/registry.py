@@ -39,7 +39,7 @@ class Entry:
 
 
 class RegistryDialog:
-    """For the port that it is opened with. Nothing is written but by `ok`. Raises BadConfig for a file that is none."""
+    """The dialog of the port with which it is opened. Only `ok` writes. Raises BadConfig for any other file."""
 
     def __init__(self, port: str, store: RegistryStore | None = None) -> None:
         self.port = port

@@ -83,7 +83,7 @@ class SendWindow:
         return len(rows)
 
     def wait(self) -> None:
-        """Until the line has sent something; raises CanwireError once that cannot be heard any more."""
+        """Wait until the line has sent a frame; raises CanwireError when the line no longer reports this."""
         self.echoes.wait()
 
     def abort(self) -> int:

@@ -35,7 +35,7 @@ def told_main(program: CanCheck, word: Words) -> dict[str, Any]:
 
 
 def told_window(window: Window, word: Words) -> dict[str, Any]:
-    """All but the rows."""
+    """The state of a window without its rows."""
     told: dict[str, Any] = {
         "key": key_of(window),
         "kind": window.kind,
@@ -52,7 +52,7 @@ def told_window(window: Window, word: Words) -> dict[str, Any]:
 
 
 def told_rows(window: Window, number: int) -> dict[str, Any]:
-    """Those from this number on; `start` is the number of the first one."""
+    """The rows from this number on; `start` is the number of the first one."""
     since = window.list.since(number, MOST_ROWS)
     return {"first": since.first, "start": since.start, "total": since.total, "rows": since.rows}
 

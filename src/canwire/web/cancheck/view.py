@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class CanCheckView:
-    """One CanCheck for everybody with the token; others look on."""
+    """One CanCheck for all viewers with the token; others can only watch."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk

@@ -28,7 +28,7 @@ class Loaded(NamedTuple):
 
 
 class Databases:
-    """`on(bus)` is what is known of a bus. `version` grows whenever something has changed; any thread may call."""
+    """`on(bus)` is the description of a bus. `version` grows with each change. Any thread may call."""
 
     def __init__(self, paths: Iterable[str] = ()) -> None:
         """`paths` are files, before each of them perhaps a bus: "can0=car.dbc". Raises BadDescription, ExtraMissing."""
@@ -43,11 +43,11 @@ class Databases:
 
     @property
     def loaded(self) -> tuple[Loaded, ...]:
-        """In the order in which they count."""
+        """The files in their order of precedence."""
         return self._loaded
 
     def on(self, bus: str) -> Database:
-        """By the files for this bus, then by those for every bus; "" asks for all that there are."""
+        """The description by the files for this bus, then by those for every bus; "" selects all files."""
         with self._lock:
             if bus not in self._made:
                 own = [one.file for one in self._loaded if one.bus == bus]

@@ -76,7 +76,7 @@ class ExactCycles:
             self._cycling[row.number] = self._begun(row)
 
     def stop(self, number: int) -> None:
-        """Nothing of this row goes out any more."""
+        """Send no more frames of this row."""
         with self._lock:
             held = self._cycling.pop(number, None)
             if held is None:
@@ -91,7 +91,7 @@ class ExactCycles:
                 self._leases.pop(held.row.line).close()
 
     def over(self, number: int) -> str | None:
-        """None while the row is sent; why it is not any more, "" where its times are over."""
+        """None while the row is sent; afterwards the error that ended it, "" if all its times were sent."""
         with self._lock:
             held = self._cycling.get(number)
             if held is None or held.channel.over:

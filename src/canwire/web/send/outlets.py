@@ -66,7 +66,7 @@ class Outlets:
         return count
 
     def drop(self, row: int) -> None:
-        """Nothing of this row goes out any more."""
+        """Send no more frames of this row."""
         with self._lock:
             self._close(row)
 

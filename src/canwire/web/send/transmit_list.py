@@ -17,13 +17,13 @@ _RETRY_S = 0.002  # a sequence waits for its last frame to be acknowledged, in s
 
 
 class Exact(Protocol):
-    """Who keeps cycles exactly: the hub's cyclic lists."""
+    """Sends rows at exact cycles: the hub's cyclic lists."""
 
     def start(self, row: Row) -> None:
         """Begin, or continue with the row's current values; raises CanwireError."""
 
     def stop(self, number: int) -> None:
-        """Nothing of this row goes out any more."""
+        """Send no more frames of this row."""
 
     def over(self, number: int) -> str | None:
         """None while the row is sent; why it is not any more, "" where its times are over."""
@@ -57,7 +57,7 @@ class TransmitList:
 
     @property
     def rows(self) -> list[Row]:
-        """As they are now, in the order in which they were made."""
+        """The present rows, in the order in which they were made."""
         with self._changed:
             for row in list(self._rows.values()):
                 if row.exact and row.running and (why := self._exact.over(row.number)) is not None:
@@ -100,7 +100,7 @@ class TransmitList:
             del self._rows[number]
 
     def send_now(self, number: int) -> None:
-        """Once; raises what keeps the frame from being queued, and counts it. A sequence runs through once."""
+        """Send a row, or a whole sequence, once. An error that keeps the frame from the queue counts and is raised."""
         with self._changed:
             row = self._row(number)
             if row.content.steps:

@@ -47,7 +47,7 @@ class Sampler:
         self._thread.start()
 
     def samples(self, address: str, after: int) -> list[Sample]:
-        """Of one line, those with a number above `after`, oldest first."""
+        """The samples of one line with a number above `after`, oldest first."""
         with self._lock:
             return [sample for sample in self._samples.get(address, ()) if sample.number > after]
 

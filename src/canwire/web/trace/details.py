@@ -55,7 +55,7 @@ _ERRORS = {
 
 @dataclass
 class Details:
-    """For details.jinja: facts as pairs of words, the drawing's rows, and where it is an error where it happened."""
+    """The values for details.jinja: facts as pairs of words, the drawing's rows, and for an error its place."""
 
     title: str
     facts: list[tuple[str, str]]
@@ -66,7 +66,7 @@ class Details:
 
 
 def details_of(record: str, following: str, database: Database, word: Words) -> Details:
-    """Of a record in hex; for an error `following` is the frame that was repeated after it. Raises BadFields."""
+    """The details of a record in hex; for an error `following` is the repeated frame. Raises BadFields."""
     content = _content(record, word)
     if isinstance(content, Frame):
         return _frame_details(content, database, word)

@@ -41,7 +41,7 @@ class Row(NamedTuple):
 
 
 def bits_of(frame: Frame, error_at: int = -1) -> list[Bit]:
-    """From SOF to EOF, acknowledged; with `error_at` up to that bit, then an active error flag and its delimiter."""
+    """The bits from SOF to EOF, acknowledged; with `error_at` up to that bit, then an active error flag, delimiter."""
     layout = BitLayout(frame)
     layout.levels[layout.ack_slot()] = 0
     bits = [

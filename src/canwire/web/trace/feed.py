@@ -38,7 +38,7 @@ class Feed:
         self._answered: object = None
 
     async def run(self) -> None:
-        """Until the viewer has gone."""
+        """Answer the viewer until it has left."""
         self._loop = asyncio.get_running_loop()
         try:
             await converse(self._socket, self._speak, self._hear)

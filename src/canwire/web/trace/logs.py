@@ -199,5 +199,5 @@ def _look(query: Mapping[str, str]) -> Look:
 
 
 def file_name(suffix: str) -> str:
-    """Of a download, by the time of day."""
+    """The name of a download, by the time of day."""
     return time.strftime(f"canwire-%Y%m%d-%H%M%S.{suffix}")

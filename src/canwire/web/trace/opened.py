@@ -59,7 +59,7 @@ class OpenedLog:
         return list(self._channels)
 
     def wait(self, timeout_s: float) -> None:
-        """Until its first rows are there, or it has ended; at most so long."""
+        """Wait until the first rows are there or the reader has ended, up to this time."""
         self._begun.wait(timeout_s)
 
     def kind_of(self, channel: str) -> str:

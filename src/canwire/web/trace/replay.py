@@ -62,7 +62,7 @@ class Played(NamedTuple):
 
 
 class Replay:
-    """One at a time for the whole server. `outlets()` are its LIN lines."""
+    """A replay of a log; the server has one at a time. `outlets()` are its LIN lines."""
 
     def __init__(self, link: HubLink, outlets: Callable[[], LinOutlets]) -> None:
         self._link = link

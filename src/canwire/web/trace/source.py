@@ -40,7 +40,7 @@ class Source(Protocol):
 
 
 class LiveSource:
-    """What the hub's lines hear and send."""
+    """What the hub's lines receive and send."""
 
     live = True
 

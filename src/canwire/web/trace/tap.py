@@ -85,7 +85,7 @@ class _LinQueue:
         _begin(self.held, lambda: self.held.set_up(mode))
 
     def take(self) -> numpy.ndarray:
-        """As a channel's."""
+        """The same as a channel's `take`."""
         end = self.held.reading
         if not end.ring.fill():
             self.held.check()

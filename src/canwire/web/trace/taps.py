@@ -1,4 +1,4 @@
-"""Which lines are listened to: those that somebody watches or watched of late, and again when hub or board are back.
+"""Which lines are recorded: those that a viewer watches or watched recently, and again when the hub or board is back.
 
 One thread sweeps over all their queues and is the history's only writer, by way of the merger.
 """
@@ -92,7 +92,7 @@ class Taps:
             return [self._indices[address] for address in addresses if address in self._indices]
 
     def watched(self, addresses: Collection[str] | None = None) -> list[Watched]:
-        """These lines as they are now; without `addresses` every line that was listened to since the server runs."""
+        """The present state of these lines; without `addresses`, of every line recorded since the server's start."""
         with self._changed:
             return [
                 Watched(

@@ -68,7 +68,7 @@ class Viewing:
 
     @property
     def more(self) -> bool:
-        """There are rows that it did not look at yet."""
+        """Whether some rows were not checked yet."""
         return self.selection.cursor < self.selection.end
 
     @property
@@ -77,7 +77,7 @@ class Viewing:
         return self.selection.count, self.selection.cursor, self.source.history.total
 
     def extend(self) -> None:
-        """Find more rows that pass, a part of them where there are many."""
+        """Find more rows that pass the filter; in steps if there are many."""
         indices = self.source.indices(self.look.lines)
         key = indices, self.look.filter, self.look.direction, self.look.since, self._databases.version
         if key != self._key:

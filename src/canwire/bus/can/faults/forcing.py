@@ -1,7 +1,7 @@
 """Disturbances anywhere on the wire: a level held, a glitch, an edge moved, for one node, several or all.
 
-`Forcing` turns what a script asks for into stimuli: at a time, or when a node gets to a place. Frames that a placed
-disturbance can meet go bit by bit; all others are stepped over as ever.
+`Forcing` turns a script's disturbances into stimuli: at a time, or when a node reaches a place. Frames that a placed
+disturbance can affect run bit by bit; all others are stepped over.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Forcing:
         self, level: str, *, at: When = None, from_ns: float = 0.0, width_ns: float, seen_by: object = "all",
         times: int | None = 1,
     ) -> Scripted:  # fmt: skip
-        """Force a level for less (or more) than a bit: so long, `from_ns` behind the place or time."""
+        """Force a level for less (or more) than a bit: for this duration, `from_ns` after the place or time."""
         if from_ns < 0 or not width_ns > 0:
             raise BadValue(f"from_ns {from_ns}, width_ns {width_ns}: not negative, and wider than 0")
         forced, start_ps, width_ps = level_of(level), round(from_ns * 1000), round(width_ns * 1000)

@@ -43,7 +43,7 @@ _LONGEST = {"error delimiter": 8, "overload delimiter": 8, "intermission": 3, "s
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The start of one bit, the next time that a node gets there.
+    """The start of one bit, the next time that a node reaches it.
 
     `part` is "frame", a field of it, or what follows one (PARTS); `bit` counts from 1 in the order of the wire, stuff
     bits included, in "frame" from 0 (SOF). Bit 1 of a delimiter is the first recessive bit, known as such only
@@ -66,7 +66,7 @@ class Place:
             raise BadValue(f"bit {self.bit!r} of {self.part}: from {first}{f' to {last}' if last else ''}")
 
     def admits(self, frame: Frame | None) -> bool:
-        """The frame is one of those in or behind which this place is; None is no known frame."""
+        """Whether the place is in this frame or after it; None means an unknown frame."""
         if frame is None:
             return self.frame_id is None and self.extended is None
         wanted_id = self.frame_id is None or self.frame_id == frame.id
@@ -99,7 +99,7 @@ def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> di
 class Progress:
     """Where one node is: the part that its present bit belongs to, and which bit of it that is.
 
-    For a node that was not watched before, it starts from the state of the node's clock.
+    If the node was not watched before, it starts from the state of the node's clock.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:

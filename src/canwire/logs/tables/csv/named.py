@@ -74,7 +74,7 @@ class NamedColumns:
 
     @property
     def enough(self) -> bool:
-        """There are frames in such rows."""
+        """Whether the columns are enough for frames."""
         return "id" in self._at and ("data" in self._at or bool(self._bytes))
 
     def entry(self, row: list[str]) -> LogEntry:

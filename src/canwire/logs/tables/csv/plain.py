@@ -19,7 +19,7 @@ _LAST_S = 9_000_000_000
 
 
 def candidates(fields: Fields) -> Any:
-    """By the number of cells."""
+    """The lines that may be plain, by the number of cells."""
     return fields.count == _COLUMNS
 
 

@@ -32,7 +32,7 @@ OTHERS = (HEADER, PYTHON_CAN, GVRET)
 
 
 def recognises(head: bytes) -> bool:
-    """By the header line."""
+    """Recognises the format by the header line."""
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     return text.startswith(OTHERS) or dialect_of(text.partition("\n")[0]) is not None
 

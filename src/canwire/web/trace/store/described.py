@@ -31,7 +31,7 @@ class DescribedLines(NamedTuple):
 
 
 class Described:
-    """Of several lines, each described by the files for its bus."""
+    """The description of several lines, each by the files for its bus."""
 
     def __init__(self, groups: Sequence[DescribedLines]) -> None:
         self._groups = groups

@@ -61,7 +61,7 @@ class History:
             self._listeners.remove(grown)
 
     def begin_era(self, epoch_ns: int) -> None:
-        """From the next row on time counts from here."""
+        """Count time from here, beginning with the next row."""
         era = Era(self.total, epoch_ns)
         with self._lock:
             self.eras = [*(one for one in self.eras if one.first < era.first), era]

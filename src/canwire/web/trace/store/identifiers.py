@@ -84,7 +84,7 @@ class Identifiers:
             self._rows["record"]["time_ns"] = 0
 
     def copy(self) -> Identifiers:
-        """As it is now."""
+        """A copy of the present state."""
         made = Identifiers()
         with self._lock:
             made._places, made._rows = dict(self._places), self._rows.copy()

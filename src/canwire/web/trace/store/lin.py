@@ -1,4 +1,4 @@
-"""Rows of LIN lines beside CAN's: one byte tells them apart, and the rest of a record stays where it was.
+"""Rows of LIN lines beside CAN's: one byte distinguishes them, and the rest of a record is unchanged.
 
 Byte 12 of a LIN record is the protected identifier, byte 13 its type (0: a frame). A row has them the other way round,
 the type with LIN added, which no kind of a CAN record has.
@@ -41,7 +41,7 @@ def lin_message(record: bytes) -> LinFrame | LinEvent:
 
 
 def plain_lin(records: numpy.ndarray) -> numpy.ndarray:
-    """Records as a monitor had them, from rows of LIN lines."""
+    """Convert rows of LIN lines to the records of a monitor."""
     octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize).copy()
     octets[:, _PID_AT] &= _TYPE
     octets[:, [_PID_AT, _TYPE_AT]] = octets[:, [_TYPE_AT, _PID_AT]]

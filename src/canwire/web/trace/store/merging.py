@@ -14,7 +14,7 @@ from canwire.web.trace.store.rows import LATE, mark_row, row_dtype, rows_of
 
 
 class Merger:
-    """In front of a history, in its writer's thread."""
+    """Puts rows of several lines in order before a history gets them; it runs in the writer's thread."""
 
     def __init__(self, history: History) -> None:
         self._history = history
@@ -33,7 +33,7 @@ class Merger:
         self._held.append(mark_row(kind, line, count, self._newest_ns))
 
     def release(self) -> None:
-        """At the end of a sweep: number what is sure to have nothing before it any more."""
+        """At the end of a sweep, number the rows before which no other row can come."""
         if self._held:
             rows = numpy.concatenate(self._held)
             sure = rows["record"]["time_ns"] <= self._sure_ns
@@ -42,7 +42,7 @@ class Merger:
         self._sure_ns = self._newest_ns
 
     def restart(self, epoch_ns: int) -> None:
-        """Another hub: number all held rows, and restart with the time of that hub."""
+        """For another hub, number all held rows and restart with the time of that hub."""
         self._number(numpy.concatenate([numpy.zeros(0, row_dtype()), *self._held]))
         self._held = []
         self._newest_ns = self._sure_ns = self._numbered_ns = 0

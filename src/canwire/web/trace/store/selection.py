@@ -76,14 +76,14 @@ class Selection:
         return self._numbers[place : min(place + count, self.count)].astype(numpy.int64)
 
     def place_of(self, number: int) -> int:
-        """Of the first row whose number is not less."""
+        """The index of the first row whose number is not less."""
         if number > _LAST:
             return self.count
         # of the same type: else numpy would make all of them another one first
         return int(numpy.searchsorted(self._numbers[: self.count], numpy.uint32(max(number, 0))))
 
     def place_at(self, time_ns: int) -> int:
-        """Of the first row whose time is not less; times of different hubs are not told apart."""
+        """The index of the first row whose time is not less; times of different hubs are not distinguished."""
         low, high = self.gone, self.count
         while low < high:
             middle = (low + high) // 2
