@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -24,6 +25,7 @@ pytest.importorskip("ldfparser")
 
 from canwire import ldf
 from canwire.commands.lin.slots import described
+from canwire.ldf import parsing
 
 EXAMPLE = Path(__file__).parent / "data" / "example.ldf"
 
@@ -31,6 +33,26 @@ EXAMPLE = Path(__file__).parent / "data" / "example.ldf"
 @pytest.fixture(scope="module")
 def door() -> ldf.LinDescription:
     return ldf.load(EXAMPLE)
+
+
+def test_the_grammar_is_compiled_once_for_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What files say is the same with ldfparser's own function, which compiles it for each of them."""
+    ldfparser = importlib.import_module("ldfparser")
+    compiled, lark = [], ldfparser.parser.Lark
+
+    def counted(*given: object, **options: object) -> object:
+        compiled.append(options)
+        return lark(*given, **options)
+
+    monkeypatch.setattr(ldfparser.parser, "Lark", counted)
+    parsing._with_one_grammar.cache_clear()
+    (tmp_path / "other.ldf").write_text("// by another hand\n" + EXAMPLE.read_text().replace("19.2", "9.6"))
+    rates = [ldf.load(path).bit_rate for path in (EXAMPLE, tmp_path / "other.ldf", EXAMPLE)]
+    assert (rates, len(compiled)) == ([19200, 9600, 19200], 1)
+    parsed = parsing.parse_ldf()(str(EXAMPLE))
+    assert parsed._source == ldfparser.parse_ldf(str(EXAMPLE))._source
+    assert len(compiled) == 2
+    parsing._with_one_grammar.cache_clear()
 
 
 @pytest.mark.conforms("PF-14")

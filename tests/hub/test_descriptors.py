@@ -12,7 +12,6 @@ import canwire
 from canwire import ChannelMode, LinMonitorMode, candrv, vci
 from canwire.errors import CanwireError
 from canwire.hub.handles.channel import HubChannel
-from tests.cases import each
 from tests.descriptors import nothing_left_open, open_descriptors
 from tests.hubs import serving
 
@@ -67,7 +66,7 @@ def _candrv_program_that_lost_its_hub() -> None:
 
 
 @pytest.mark.finding("faults 8")
-@each(
+@pytest.mark.parametrize(
     "program",
     [
         _event,

@@ -13,7 +13,6 @@ import pytest
 
 import canwire
 from canwire import ChannelMode, Frame, LogEntry, WantedMode
-from tests.cases import each
 from tests.hubs import LONG_S, serving
 from tests.web.conftest import at, counts, served_site, tab
 
@@ -312,7 +311,7 @@ def new_row(user: User, identifier: str, data: str, cycle: str = "") -> None:
 
 
 @pytest.mark.finding("page D1")
-@each("wanted", TASKS, ids=[one.text for one in TASKS])
+@pytest.mark.parametrize("wanted", TASKS, ids=[one.text for one in TASKS])
 def test_it_takes_so_many_clicks(browser: Browser, desk: Desk, wanted: Task) -> None:
     with tab(browser, at(desk.site, wanted.view)) as page:
         if wanted.view == "trace":

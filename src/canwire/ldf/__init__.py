@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from canwire.errors import BadDescription, BadFrame, BadValue, ExtraMissing
+from canwire.errors import BadDescription, BadFrame, BadValue
 from canwire.ldf.attributes import attributes_of
 from canwire.ldf.configuration import command
+from canwire.ldf.parsing import parse_ldf
 from canwire.ldf.signals import LinSignal as LinSignal
 from canwire.ldf.signals import Value as Value
 from canwire.ldf.signals import shown, signal_of
@@ -47,9 +47,9 @@ class FrameDescription:
 
 def load(path: str | Path, *, encoding: str = "utf-8") -> LinDescription:
     """The network that this file describes; raises BadDescription with the name of the file, ExtraMissing."""
-    parser = _ldfparser()
+    parse = parse_ldf()
     try:
-        parsed = parser.parse_ldf(str(path), encoding=encoding, pad_with_zero=False)
+        parsed = parse(str(path), encoding=encoding, pad_with_zero=False)
         return LinDescription(parsed, str(path))
     except OSError as error:
         raise BadDescription(f"{path}: {error.strerror}") from None
@@ -271,10 +271,3 @@ class LinDescription:
 def _first_line(error: Exception) -> str:
     text = str(error).strip().splitlines()
     return text[0] if text else type(error).__name__
-
-
-def _ldfparser() -> Any:
-    try:
-        return import_module("ldfparser")
-    except ModuleNotFoundError:
-        raise ExtraMissing("ldfparser", "lin") from None

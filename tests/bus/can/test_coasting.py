@@ -20,7 +20,6 @@ from tests.bus.can.test_two_ways import (
     start_with_counters,
     summary,
 )
-from tests.cases import each
 from tests.effort import seeds
 
 pytestmark = pytest.mark.core
@@ -42,21 +41,21 @@ CLOCK = ("start_ps", "due_ps", "sampling", "synchronised", "joins", "data_rate",
 
 
 @pytest.mark.conforms("G-09")
-@each("first", range(0, 150, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 150, SEEDS_A_TEST))
 def test_many_bits_at_once_are_those_bits(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts) for coasts in (True, False))
         assert one == other, f"seed {seed}"
 
 
-@each("first", range(1000, 1060, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(1000, 1060, SEEDS_A_TEST))
 def test_so_are_they_when_whole_frames_are_stepped_over_between_them(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts, bitwise=False) for coasts in (True, False))
         assert one == other, f"seed {seed}"
 
 
-@each("first", range(2000, 2060, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(2000, 2060, SEEDS_A_TEST))
 def test_so_are_they_where_clocks_disagree_or_nodes_have_options(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts=coasts, alike=False) for coasts in (True, False))
@@ -87,8 +86,8 @@ def test_what_interrupts_a_frame_at_the_beginning_of_time_finds_it_there(coasts:
         assert nodes[2].receive_many(2) == []
 
 
-@each("extended", [False, True])
-@each("exception", [False, True])
+@pytest.mark.parametrize("extended", [False, True])
+@pytest.mark.parametrize("exception", [False, True])
 def test_a_classic_controller_left_with_an_fd_frame_goes_the_same_way(
     extended: bool, exception: bool
 ) -> None:

@@ -11,7 +11,6 @@ from canwire import BitTiming, Frame, Lab, LabBus, LabNode
 from canwire.bus.can.node import Node
 from tests.bus.can.test_coasting import END_NS, come_and_go, disturb, look_inside
 from tests.bus.can.test_two_ways import plan_a_frame, start_with_counters, summary
-from tests.cases import each
 from tests.effort import seeds
 
 pytestmark = pytest.mark.core
@@ -22,7 +21,7 @@ FRAME = Frame(0x123, bytes(range(8)))
 FD_FRAME = Frame(0x123, bytes(range(64)), fd=True, bit_rate_switch=True)
 
 
-@each("first", range(0, 120, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 120, SEEDS_A_TEST))
 def test_stretches_of_drifting_clocks_are_the_bits_that_they_replace(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, coasts) for coasts in (True, False))
@@ -39,7 +38,7 @@ def test_most_bits_of_a_drifting_senders_frame_are_taken_at_once(
     assert at_once > length // 2
 
 
-@each("ppm", [-25_000, -12_000, 12_000, 25_000])
+@pytest.mark.parametrize("ppm", [-25_000, -12_000, 12_000, 25_000])
 def test_a_clock_too_far_off_reads_the_same_wrong_bits(ppm: float) -> None:
     """Beyond what SJW makes good a sample slips into the sender's next bit, or the last one: no stretch goes so far."""
     seen = []

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from canwire import ControllerOptions, DelayCompensation, Frame, Lab, LabBus, LabNode
-from tests.cases import each
 from tests.effort import seeds
 
 pytestmark = pytest.mark.core
@@ -25,26 +24,26 @@ LOOKS = 150
 
 
 @pytest.mark.conforms("G-06", "G-09")
-@each("first", range(0, SEEDS, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, SEEDS, SEEDS_A_TEST))
 def test_both_ways_agree(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=True), f"seed {seed}"
 
 
-@each("first", range(0, 40, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
 def test_switching_between_the_ways_at_any_moment_agrees_too(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert outcome(seed, bitwise=False) == outcome(seed, bitwise=None), f"seed {seed}"
 
 
-@each("first", range(0, 40, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
 def test_faults_hit_the_same_bits_either_way(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         one, other = (outcome(seed, bitwise=bitwise, flips=True) for bitwise in (False, True))
         assert one == other, f"seed {seed}"
 
 
-@each("first", range(0, 40, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 40, SEEDS_A_TEST))
 def test_noise_hits_the_same_bits_either_way(first: int) -> None:
     """With the same seed: a trace of the levels, which makes the bus go bit by bit, must change nothing."""
     for seed in seeds(first, SEEDS_A_TEST):
@@ -52,7 +51,7 @@ def test_noise_hits_the_same_bits_either_way(first: int) -> None:
         assert one == other, f"seed {seed}"
 
 
-@each("first", range(0, 60, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 60, SEEDS_A_TEST))
 def test_controllers_with_options_agree_too(first: int) -> None:
     """Loop delays, compensated or not; second sample points at bad places; tolerant and restricted controllers."""
     for seed in seeds(first, SEEDS_A_TEST):

@@ -30,7 +30,6 @@ from canwire import (
     LabNode,
 )
 from tests.bus.can.test_two_ways import look_at_random_moments, plan_a_frame, start_with_counters, summary
-from tests.cases import each
 from tests.effort import seeds
 
 pytestmark = pytest.mark.core
@@ -44,13 +43,13 @@ RATES = (50_000, 83_333, 125_000, 250_000, 333_333, 500_000, 800_000, 1_000_000)
 
 @pytest.mark.finding("wire-2 1", "wire-2 5")
 @pytest.mark.conforms("G-06", "G-13")
-@each("first", range(0, 160, SEEDS_A_TEST))
+@pytest.mark.parametrize("first", range(0, 160, SEEDS_A_TEST))
 def test_random_timings_give_the_same_both_ways(first: int) -> None:
     for seed in seeds(first, SEEDS_A_TEST):
         assert difference(seed) == "", f"seed {seed}"
 
 
-@each("seed", DIFFERED)
+@pytest.mark.parametrize("seed", DIFFERED)
 def test_sets_that_differed_once_do_so_no_more(seed: int) -> None:
     """What they found is tests/bus/can/test_leaving.py."""
     assert difference(seed) == ""

@@ -8,7 +8,6 @@ import pytest
 
 from canwire import Lab, LabLinNode, LinFrame, format_lin_log_line
 from canwire.values.lin.text import LinLogLine
-from tests.cases import each
 
 SEEDS = 60
 
@@ -74,8 +73,8 @@ def run(seed: int, *, bitwise: bool, wild: bool) -> tuple[list[list[str]], int, 
         return [told(node) for node in nodes], bus.frames, bus.wire.busy_ns()
 
 
-@each("seed", range(SEEDS))
-@each("wild", [False, True])
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("wild", [False, True])
 def test_both_ways_tell_the_same(seed: int, wild: bool) -> None:
     quick, bit_by_bit = (run(seed, bitwise=bitwise, wild=wild) for bitwise in (False, True))
     assert quick[0] == bit_by_bit[0]
@@ -83,6 +82,6 @@ def test_both_ways_tell_the_same(seed: int, wild: bool) -> None:
     assert quick[2] == pytest.approx(bit_by_bit[2], abs=100)
 
 
-@each("seed", range(5))
+@pytest.mark.parametrize("seed", range(5))
 def test_the_same_script_gives_the_same_bytes(seed: int) -> None:
     assert run(seed, bitwise=False, wild=True) == run(seed, bitwise=False, wild=True)

@@ -21,7 +21,6 @@ from canwire.commands.acan.spy import CREDIT, Spy, Trace, banner
 from canwire.commands.acan.term import Terminal
 from canwire.commands.acan.trace import format_message, format_trace_line, parse_message, parse_trace_line
 from tests import warm
-from tests.cases import each
 from tests.commands.acan.bench import LONG_S, ONE, TWO, Bench
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
@@ -42,7 +41,7 @@ MANUALS = """\
 
 
 @pytest.mark.conforms("AT-08")
-@each("line", MANUALS)
+@pytest.mark.parametrize("line", MANUALS)
 def test_the_manuals_lines(line: str) -> None:
     clock, frame = parse_trace_line(line)
     assert frame.id == 0b00001001000
@@ -51,7 +50,7 @@ def test_the_manuals_lines(line: str) -> None:
 
 
 @pytest.mark.conforms("AT-08")
-@each(
+@pytest.mark.parametrize(
     ("frame", "text"),
     [
         (Frame(0x7FF, b""), "11111111111 -"),
@@ -88,7 +87,7 @@ def test_round_trip(frame: Frame, time: Any) -> None:
 
 
 @pytest.mark.conforms("AT-10")
-@each(
+@pytest.mark.parametrize(
     ("text", "frame"),
     [
         ("00001001000 - 61 62", Frame(0x48, b"ab")),
@@ -107,7 +106,7 @@ def test_what_may_be_sent(text: str, frame: Frame) -> None:
 
 
 @pytest.mark.conforms("AT-10")
-@each(
+@pytest.mark.parametrize(
     ("text", "why"),
     [
         ("", "like 00001001000 - 61 62"),
@@ -459,7 +458,7 @@ def test_what_comes_faster_than_it_is_taken_is_told() -> None:
     assert shown[-1].endswith("messages were lost: they came faster than they were taken")
 
 
-@each(
+@pytest.mark.parametrize(
     ("code", "text"),
     [
         (0xD9, "bus error at the acknowledge slot, sending: nobody acknowledges"),

@@ -11,7 +11,6 @@ from canwire.boards.config.configuration import Config
 from canwire.hub.owner.pace import AHEAD_NS, LARGEST_GAP_NS, REST_NS, SLICE_NS, UNHEARD_NS, FastPace, RealPace
 from canwire.hub.owner.world import World
 from canwire.timeline import NEVER, Source
-from tests.cases import each
 
 pytestmark = pytest.mark.core
 
@@ -63,8 +62,8 @@ class Paced:
 
 
 @pytest.mark.finding("faults 4")
-@each("kind", [RealPace, FastPace])
-@each("load", [0.3, 0.9, 1.1, 3, 30])
+@pytest.mark.parametrize("kind", [RealPace, FastPace])
+@pytest.mark.parametrize("load", [0.3, 0.9, 1.1, 3, 30])
 def test_a_turn_takes_a_few_milliseconds_whatever_there_is_to_do(kind: type[RealPace], load: float) -> None:
     paced = Paced(kind, round(GRAIN_NS * load))
     paced.bus.clock_ns += 900 * MS  # a backlog from before
