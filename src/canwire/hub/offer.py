@@ -27,6 +27,7 @@ def offer(
     name: str | None = None,
     listen: Sequence[str] = (),
     via: Sequence[str] = (),
+    relay: Sequence[str] = (),
     access: str | None = None,
     insecure: bool = False,
     age_s: float = 2.0,
@@ -38,7 +39,7 @@ def offer(
     """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
 
     `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
-    Zenoh's to connect to, `access` the file of users; without one, routers and endpoints that other machines reach
+    Zenoh's to connect to, `relay` endpoints where it listens for relays ("tcp/192.168.1.5:7450"), `access` the file of users; without one, routers and endpoints that other machines reach
     are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
     connect to. Frames and calls that were on their way for longer than `age_s` (0: no limit) are not obeyed any more:
     frames are counted as refused, calls raise HubError, and `warn` gets a line. A program that keeps one time with
@@ -48,7 +49,8 @@ def offer(
     endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
     """
     from canwire.hub.links.network.access import Access, load
-    from canwire.hub.links.network.bridge import LOOPBACK, Bridge, Offered
+    from canwire.hub.links.network.bridge import Bridge
+    from canwire.hub.links.network.offered import LOOPBACK, Offered
 
     raise_descriptor_limit()
     socket = default_address() if address is None else os.path.abspath(address)
@@ -57,6 +59,7 @@ def offer(
         name=name or "",
         listen=tuple(listen) or (() if via else (LOOPBACK,)),
         via=tuple(via),
+        relay=tuple(relay),
         access=None if access is None else load(Access, access),
         insecure=insecure,
         age_s=finite("age_s", age_s, 0, 3600),
@@ -95,6 +98,31 @@ def route(
     with contextlib.closing(open_for_hub(for_router(tuple(listen), users), users)):
         if ready is not None:
             ready()
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
+
+
+def relay(
+    endpoint: str,
+    *,
+    listen: str = "tcp/127.0.0.1:7448",
+    ready: Callable[[str], object] | None = None,
+    stop: Event,
+    warn: Callable[[str], object] | None = None,
+) -> None:
+    """Carry the connections of this machine's programs to a hub in one connection, until `stop` is set.
+
+    What several of them receive crosses the network once. `endpoint` is where a hub listens for relays (`offer` with
+    `relay`), `listen` where programs of this machine connect; `ready` gets the address for them. Each program identifies
+    itself to the hub as it would without a relay. `warn` gets a line when the connection breaks, and when it is back.
+
+    Raises HubLost if nobody answers at first, HubError if no relay's end does or `listen` is taken, BadValue.
+    """
+    from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
+
+    with contextlib.closing(RelayAtPrograms(endpoint, listen, warn or (lambda text: None))) as made:
+        if ready is not None:
+            ready(made.address)
         while not stop.wait(_LOOK_AGAIN_S):
             pass
 

@@ -9,7 +9,7 @@ import pytest
 
 from canwire import Frame, HubError
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.bridge import Offered
+from canwire.hub.links.network.offered import Offered
 from canwire.hub.links.network.calls import answered_in, asked_in, encode
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.cuts.age import Age, OtherClock
