@@ -1,9 +1,10 @@
 """Programs on another machine that read a busy line over a narrow network, each with a copy of its own or by a relay.
 
-python benchmarks/narrow.py [--programs 5] [--rate 1500] [--bytes 50000] [--seconds 20] [--random] [--direct]
+python benchmarks/narrow.py [--programs 5] [--rate 1500] [--bytes 50000] [--seconds 20] [--random] [--direct] [--cut S]
 
 Two machines in network namespaces, joined by the tests' spoiler, which lets so many bytes/s pass in each direction.
-For each reader: frames received, frames lost (counted by the hub), the longest age of a frame; and the bytes that passed.
+For each reader: frames received, frames that the hub counted as lost, and frames missing between first and last.
+`--cut` cuts the network in both directions meanwhile.
 """
 
 from __future__ import annotations
@@ -28,14 +29,18 @@ with canwire.connect(sys.argv[1]) as hub:
         channel.set_up(ChannelMode(receive=32768, transmit=0))
         channel.activate()
         print("reads", flush=True)
-        got, oldest, until = 0, 0.0, None
+        got, last, missing, until = 0, None, 0, None
         while until is None or time.time() < until:
             frames = channel.receive_many(10_000, timeout=1.0)
             now = time.time()
             if frames and until is None:
                 until = now + float(sys.argv[2])
             got += len(frames)
-        print(json.dumps({"frames": got, "lost": channel.status().lost}), flush=True)
+            for frame in frames:
+                number = int.from_bytes(frame.data[:2], "little")
+                missing += 0 if last is None else (number - last - 1) % 65536
+                last = number
+        print(json.dumps({"frames": got, "lost": channel.status().lost, "missing": missing}), flush=True)
 """
 _WRITER = """
 import random, sys, time, canwire
@@ -57,7 +62,8 @@ with canwire.connect(sys.argv[1]) as hub:
         while True:
             due = int((time.monotonic() - began) * rate) - sent
             for k in range(sent, sent + due):
-                data = dice.randbytes(8) if mixed else bytes((k & 255, k >> 8 & 255, 1, 2, 3, 4, 5, 6))
+                rest = dice.randbytes(6) if mixed else bytes(6)
+                data = (k & 65535).to_bytes(2, "little") + rest
                 channel.send(Frame(0x100 + k % 16, data))
             sent += due
             time.sleep(0.005)
@@ -94,6 +100,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20)
     parser.add_argument("--random", action="store_true")
     parser.add_argument("--direct", action="store_true")
+    parser.add_argument("--cut", type=float, default=0)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place, machines(2) as (found, spoiler), ExitStack() as stack:
         folder = Path(place)
@@ -114,11 +121,19 @@ def main() -> None:
             for _ in range(options.programs)
         ]
         started(found[0], stack, "-c", _WRITER, local, str(options.rate), str(int(options.random)))
-        time.sleep(0.1)
+        if options.cut:
+            time.sleep(2)
+            for way in spoiler.ways.values():
+                way.cut = True
+            time.sleep(options.cut)
+            for way in spoiler.ways.values():
+                way.cut = False
         for reader in readers:
             assert reader.stdout is not None
             said = json.loads(reader.stdout.readline())
-            print(f"{said['frames'] / options.seconds:.0f} frames/s, {said['lost']} lost")
+            print(
+                f"{said['frames'] / options.seconds:.0f} frames/s, {said['lost']} lost, {said['missing']} missing"
+            )
 
 
 if __name__ == "__main__":

@@ -39,11 +39,11 @@ def offer(
     """Offer the hub on a socket (None: the user's usual one) to other machines until `stop` is set.
 
     `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` routers of
-    Zenoh's to connect to, `relay` endpoints where it listens for relays ("tcp/192.168.1.5:7450"), `access` the file of users; without one, routers and endpoints that other machines reach
-    are refused unless `insecure`. `name` is the machine's by default. `ready` gets the address that programs
-    connect to. Frames and calls that were on their way for longer than `age_s` (0: no limit) are not obeyed any more:
-    frames are counted as refused, calls raise HubError, and `warn` gets a line. A program that keeps one time with
-    others is let go once it was not heard of for `silence_s`.
+    Zenoh's to connect to, `relay` endpoints where it listens for relays ("tcp/192.168.1.5:7450"), `access` the file of
+    users; without one, routers and endpoints that other machines reach are refused unless `insecure`. `name` is the
+    machine's by default. `ready` gets the address that programs connect to. Frames and calls that were on their way for
+    longer than `age_s` (0: no limit) are not obeyed any more: frames are counted as refused, calls raise HubError, and
+    `warn` gets a line. A program that keeps one time with others is let go once it was not heard of for `silence_s`.
 
     Raises HubLost without such a hub and once it is gone, HubError if another one has this name in the realm or the
     endpoint is taken, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
@@ -113,8 +113,8 @@ def relay(
     """Carry the connections of this machine's programs to a hub in one connection, until `stop` is set.
 
     What several of them receive crosses the network once. `endpoint` is where a hub listens for relays (`offer` with
-    `relay`), `listen` where programs of this machine connect; `ready` gets the address for them. Each program identifies
-    itself to the hub as it would without a relay. `warn` gets a line when the connection breaks, and when it is back.
+    `relay`), `listen` where programs of this machine connect; `ready` gets the address for them. To the hub each program
+    identifies itself as without a relay. `warn` gets a line when the connection breaks, and when it is back.
 
     Raises HubLost if nobody answers at first, HubError if no relay's end does or `listen` is taken, BadValue.
     """

@@ -53,7 +53,9 @@ class Bridge:
         warn: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._warn = warn
-        check_reach(offered.listen, offered.access, via=offered.via, insecure=offered.insecure, relay=offered.relay)
+        check_reach(
+            offered.listen, offered.access, via=offered.via, insecure=offered.insecure, relay=offered.relay
+        )
         zenoh = load_zenoh()
         self._dial = dial
         self._offered = offered

@@ -3,7 +3,8 @@
 canwire/REALM/hub/NAME/INSTANCE/VERSION/TIME      a liveliness token for each hub that is offered
 canwire/REALM/to/INSTANCE/USER/CLIENT/...         one client's own: `call`, `up`, `down`, and `here`, its token
 
-CLIENT begins with "relayed-" where the client connects through a relay (relay/). A program that may use the keys of a user acts as that user; an access list of the hub's session enforces this.
+CLIENT begins with "relayed-" where the client connects through a relay (relay/). A program that may use the keys of a
+user acts as that user; an access list of the hub's session enforces this.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ _NEVER = 1 << 62
 
 
 class Way:
-    """The window that all outgoing rings of a link share; it starts with `limit` bytes. `relayed`: it leads through a relay.
+    """The window that all outgoing rings of a link share; it starts with `limit` bytes, and may lead through a relay.
 
     No clock: times in ns are arguments; any thread may call.
     """

@@ -9,7 +9,7 @@ from functools import partial
 from canwire.errors import BadMessage, BadValue, HubError
 from canwire.hub.links.network.relay.coding import GREETING, LONGEST_GREETING
 from canwire.hub.links.network.relay.end import End
-from canwire.hub.links.network.relay.running import Running, listen
+from canwire.hub.links.network.relay.running import Running
 from canwire.hub.links.network.session.door import host_and_port
 
 RELAYS = 64
@@ -31,7 +31,7 @@ class RelaysAtHub:
         self._running = Running("canwire-relays")
         for endpoint in endpoints:
             try:
-                self._running.run(listen(endpoint, self._accept))
+                self._running.listen(endpoint, self._accept)
             except (OSError, BadValue) as error:
                 self._running.close()
                 if isinstance(error, BadValue):

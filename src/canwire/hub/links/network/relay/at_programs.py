@@ -1,4 +1,4 @@
-"""The programs' end of a relay: programs of this machine connect to it as to the hub, and one connection leads there."""
+"""The programs' end of a relay: programs of this machine connect to it, and one connection leads to the hub."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from canwire.errors import BadMessage, HubError, HubLost
 from canwire.hub.links.network import keys
 from canwire.hub.links.network.relay.coding import GREETING, LONGEST_GREETING
 from canwire.hub.links.network.relay.end import End
-from canwire.hub.links.network.relay.running import Running, listen
+from canwire.hub.links.network.relay.running import Running
 from canwire.hub.links.network.session.door import host_and_port
 
 _CONNECT_S = 5.0
@@ -32,7 +32,8 @@ class RelayAtPrograms:
         self._hub = ""
         self._running = Running("canwire-relay")
         try:
-            self._server = self._running.run(self._begin(local))
+            self._running.run(self._begin())
+            self._listen(local)
         except BaseException:
             self._running.close()
             raise
@@ -42,22 +43,25 @@ class RelayAtPrograms:
         """Close all connections; a second call does nothing."""
         self._running.close()
 
-    async def _begin(self, local: str) -> asyncio.Server:
+    async def _begin(self) -> None:
         try:
             first = await self._connected()
-        except (OSError, TimeoutError) as error:
+        except OSError as error:
             raise HubLost(
                 f"{self._endpoint}: no relay's end answers; is `canwire offer --relay {self._endpoint}` running "
                 f"there? ({error or type(error).__name__})"
             ) from None
         except BadMessage as error:
             raise HubError(f"{self._endpoint}: {error}") from None
-        try:
-            server = await listen(local, self._accept)
-        except OSError as error:
-            raise HubError(f"{local}: cannot listen there: {error}; give --listen another endpoint") from None
         self._keeping = asyncio.ensure_future(self._keep(first))
-        return server
+
+    def _listen(self, local: str) -> None:
+        try:
+            self._running.listen(local, self._accept)
+        except OSError as error:
+            raise HubError(
+                f"{local}: cannot listen there: {error}; give another endpoint (--listen)"
+            ) from None
 
     async def _connected(self) -> End:
         reader, writer = await asyncio.wait_for(asyncio.open_connection(*self._where), _CONNECT_S)
@@ -80,7 +84,7 @@ class RelayAtPrograms:
             try:
                 await end.run()
                 why = "it was ended"
-            except (OSError, TimeoutError, BadMessage) as error:
+            except (OSError, BadMessage) as error:
                 why = str(error) or "nothing was heard"
             self._end = None
             since_s = time.monotonic()
@@ -91,7 +95,7 @@ class RelayAtPrograms:
     async def _again(self) -> End:
         while True:
             await asyncio.sleep(_AGAIN_S)
-            with contextlib.suppress(OSError, TimeoutError, BadMessage):
+            with contextlib.suppress(OSError, BadMessage):
                 return await self._connected()
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

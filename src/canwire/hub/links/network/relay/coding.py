@@ -1,4 +1,4 @@
-"""What two ends of a relay say to each other, without I/O: the bytes of many TCP connections in one, compressed together.
+"""What two ends of a relay say to each other, without I/O: many TCP connections in one, compressed together.
 
     first line   "canwire relay 1", from the hub's end also realm and name of the hub, ended by a line feed
     then         messages in one raw deflate stream, which is flushed after each:

@@ -7,12 +7,16 @@ import contextlib
 import socket
 from collections.abc import Awaitable, Callable
 
+from canwire.errors import BadMessage
 from canwire.hub.links.network.relay.coding import ALIVE, CLOSE, DATA, LARGEST, OPEN, Decoder, Encoder, Said
 
 ALIVE_S = 1.0  # between two signs of life
-SILENT_S = 6.0  # more than half a lease, so that both ends of a link take it as a cut (cuts/silence.py), and less than one
+SILENT_S = (
+    6.0  # over half a lease, so that both ends of a link take it as a cut (cuts/silence.py), and below one
+)
 CONNECTIONS = 256  # of programs, through one relay
-_CHUNK = LARGEST
+_CHUNK = 16_384  # bytes of one program before it is the next one's turn
+_CONNECT_S = 2.0
 _WAITING = 4 << 20  # bytes that may wait for a program that does not read; more than a link has under way
 _UNSENT = 16_384  # bytes that wait in the system; the others wait where they are still compressed together
 
@@ -33,6 +37,7 @@ class End:
         self._programs: dict[int, asyncio.StreamWriter] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._last = 0
+        self._turn = asyncio.Lock()
         prompt(wire)
 
     @property
@@ -80,9 +85,10 @@ class End:
         task.add_done_callback(self._tasks.discard)
 
     async def _say(self, said: Said) -> None:
-        """What is compressed first has to be sent first, so nothing waits between the two."""
-        self._wire.write(self._encoder.encode(said))
-        await self._wire.drain()
+        """Compress and send; in turns, so that little waits here that a later sign of life would have to wait for."""
+        async with self._turn:
+            self._wire.write(self._encoder.encode(said))
+            await self._wire.drain()
 
     async def _live(self) -> None:
         with contextlib.suppress(OSError):
@@ -113,20 +119,27 @@ class End:
             writer.write(said.data)
             if writer.transport.get_write_buffer_size() > _WAITING:
                 self._close(said.number)
-                await self._say(Said(CLOSE, said.number))
+                self._refuse(said.number)
 
     async def _open_here(self, number: int) -> None:
         if self._connect is None or number in self._programs or self.carries >= CONNECTIONS:
-            await self._say(Said(CLOSE, number))
-            return
+            raise BadMessage(f"a relay opened connection {number}, which it may not, beside {self.carries}")
         try:
-            reader, writer = await self._connect()
+            reader, writer = await asyncio.wait_for(self._connect(), _CONNECT_S)
         except OSError:
-            await self._say(Said(CLOSE, number))
+            self._refuse(number)
             return
         self._programs[number] = writer
         prompt(writer)
         self._start(self._carry(number, reader))
+
+    def _refuse(self, number: int) -> None:
+        """Have the other end close it. This end keeps reading meanwhile: if both only wrote, neither would end."""
+        self._start(self._told_closed(number))
+
+    async def _told_closed(self, number: int) -> None:
+        with contextlib.suppress(OSError):
+            await self._say(Said(CLOSE, number))
 
     def _close(self, number: int) -> None:
         writer = self._programs.pop(number, None)

@@ -143,7 +143,12 @@ def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
 
 
 def check_reach(
-    listen: tuple[str, ...], access: Access | None, *, via: tuple[str, ...] = (), insecure: bool, relay: tuple[str, ...] = ()
+    listen: tuple[str, ...],
+    access: Access | None,
+    *,
+    via: tuple[str, ...] = (),
+    insecure: bool,
+    relay: tuple[str, ...] = (),
 ) -> None:
     """Raises BadValue for an endpoint open to every program on the network, unless that was requested."""
     if relay:
@@ -172,7 +177,7 @@ def target_of(listen: tuple[str, ...]) -> str:
     found = next((endpoint for endpoint in listen if endpoint.startswith("tcp/")), None)
     if found is None:
         raise BadValue(
-            f"a relay needs a hub that listens at tcp/ADDRESS:PORT, not {', '.join(listen) or 'through a router only'}: "
+            f"{', '.join(listen) or 'a router alone'}: a relay needs a hub that listens at tcp/ADDRESS:PORT; "
             "what TLS has encrypted is never twice the same, and could not be sent once for all programs of a machine"
         )
     return found.replace("tcp/0.0.0.0:", "tcp/127.0.0.1:").replace("tcp/[::]:", "tcp/[::1]:")
