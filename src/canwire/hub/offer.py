@@ -113,8 +113,8 @@ def relay(
     """Carry the connections of this machine's programs to a hub in one connection, until `stop` is set.
 
     What several of them receive crosses the network once. `endpoint` is where a hub listens for relays (`offer` with
-    `relay`), `listen` where programs of this machine connect; `ready` gets the address for them. To the hub each program
-    identifies itself as without a relay. `warn` gets a line when the connection breaks, and when it is back.
+    `relay`), `listen` where programs of this machine connect; `ready` gets the address for them. To the hub each
+    program identifies itself as without a relay. `warn` gets a line when the connection breaks, and when it is back.
 
     Raises HubLost if nobody answers at first, HubError if no relay's end does or `listen` is taken, BadValue.
     """
