@@ -21,7 +21,7 @@ BadLog Log LogBatch LogEntry LogFault LogFormat LogKind LogLimits LogMark LogWri
 log_formats
 ChannelStatistics IdentifierStatistics LogStatistics log_statistics
 open_log Recorder RecordTriggers Trace open_trace convert_log merge_logs epoch_ns record
-Offer offer offered_hubs route
+Offer offer offered_hubs relay route
 lines_now unused_lines FoundAdapter find_adapters
 BadSignals Database DecodedMessage MessageDescription SignalColumns SignalDescription load_database
 DecodedMessages MessageCheck MessagePort OutgoingMessage Simulation

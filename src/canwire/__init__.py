@@ -137,7 +137,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.hub.handles.lin import LinControl, Monitor
     from canwire.hub.handles.scheduler import Scheduler
     from canwire.hub.links.network.keys import Offer
-    from canwire.hub.offer import offer, offered_hubs, route
+    from canwire.hub.offer import offer, offered_hubs, relay, route
     from canwire.hub.protocol.fault_messages import FaultInfo, HubPlace
     from canwire.hub.protocol.lin_messages import LinConfiguration, LinLineState
     from canwire.hub.protocol.time_messages import TimedProgram, TimeState
@@ -289,7 +289,7 @@ _NAMES = {
     "hub.handles.lin": "LinControl Monitor",
     "hub.handles.scheduler": "Scheduler",
     "hub.links.network.keys": "Offer",
-    "hub.offer": "offer offered_hubs route",
+    "hub.offer": "offer offered_hubs relay route",
     "hub.protocol.fault_messages": "FaultInfo HubPlace",
     "hub.protocol.time_messages": "TimeState TimedProgram",
     "hub.protocol.lin_messages": "LinConfiguration LinLineState",
@@ -632,6 +632,7 @@ __all__ = [
     "record",
     "record_dtype",
     "record_of_linmsg",
+    "relay",
     "repeat_run",
     "route",
     "run_campaign",

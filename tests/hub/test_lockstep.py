@@ -56,7 +56,8 @@ class Stage:
 
     def offer(self) -> None:
         """To other machines."""
-        from canwire.hub.links.network.bridge import Bridge, Offered
+        from canwire.hub.links.network.bridge import Bridge
+        from canwire.hub.links.network.offered import Offered
 
         place = f"tcp/127.0.0.1:{free_port()}"
         offered = Offered(realm="tests", name="stage", listen=(place,))

@@ -10,6 +10,7 @@ import pytest
 
 from canwire import BadValue, BitTiming, Hub, LineMode, conflicts_on
 from canwire.boards.config.configuration import Config
+from canwire.bus.can import bus
 from canwire.commands.devices.uses import LinUse, boards_of
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.held.can import CanSlot
@@ -136,3 +137,16 @@ def test_a_start_looks_closely_only_where_it_is_set_up_in_a_new_way(
     assert len(told) == 1
     for control in controls:
         control.close()
+
+
+def test_a_board_that_is_plugged_has_nobody_look_at_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    look: Callable[..., Any] = bus.in_step
+    looks: list[object] = []
+
+    def counted(*found: Any) -> Any:
+        looks.append(found)
+        return look(*found)
+
+    monkeypatch.setattr(bus, "in_step", counted)
+    World(Config.parse(CONFIG), virtual=True)
+    assert not looks

@@ -103,6 +103,7 @@ VERBS = {
     "serve": Verb("canwire.commands.serve", "share boards among programs, on a socket"),
     "pace": Verb("canwire.commands.pace", "show or set how quickly a lockstep hub's time passes"),
     "offer": Verb("canwire.commands.network.offer", "offer the hub to other machines"),
+    "relay": Verb("canwire.commands.network.relay", "send frames once to all programs of this machine"),
     "router": Verb("canwire.commands.network.router", "join hubs and programs that cannot reach each other"),
     "completion": Verb("canwire.commands.shell.completion", "completion of verbs and options for a shell"),
 }
@@ -115,7 +116,7 @@ GROUPS = {
     "files": "record convert query decode db",
     "faults": "fault recover campaign",
     "lines and boards": "up stop plug unplug share adapters",
-    "machines": "offer router pace",
+    "machines": "offer relay router pace",
     "interfaces": "run bridge socketcand slcan native acan candrv completion",
 }
 """Every verb once, as `canwire` and `canwire --help` show them."""

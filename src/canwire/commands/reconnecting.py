@@ -48,6 +48,7 @@ class Watch:
         self._lost_s: float | None = None
         self._told = ""
         self.known = False
+        self.lines: dict[str, tuple[str, frozenset[str]]] = {}  # same_lines.py
 
     def found(self) -> None:
         """The hub is connected; print how long it was not."""

@@ -27,6 +27,7 @@ def offer(
     name: str | None = None,
     listen: Sequence[str] = (),
     via: Sequence[str] = (),
+    relay: Sequence[str] = (),
     access: str | None = None,
     insecure: bool = False,
     age_s: float = 2.0,
@@ -38,17 +39,18 @@ def offer(
     """Offer the hub on a socket (None: the user's default socket) to other machines until `stop` is set.
 
     `listen` names endpoints ("tcp/192.168.1.5:7449"; none: port 7449 of this machine's loopback), `via` Zenoh routers
-    to connect to, `access` the file of users. Without `access`, routers and endpoints that other machines reach are
-    refused unless `insecure`. `name` is by default that of the machine. `ready` gets the address for programs. Frames
-    and calls that were in transit for longer than `age_s` (0: no limit) are not carried out: frames are counted as
-    refused, calls raise HubError, and `warn` gets a line. A program in lockstep is removed after `silence_s` without
-    a sign of life.
+    to connect to, `relay` endpoints for relays ("tcp/192.168.1.5:7450"), `access` the file of users. Without `access`,
+    routers and endpoints that other machines reach are refused unless `insecure`. `name` is by default that of the
+    machine. `ready` gets the address for programs. Frames and calls that were in transit for longer than `age_s` (0:
+    no limit) are not carried out: frames are counted as refused, calls raise HubError, and `warn` gets a line. A
+    program in lockstep is removed after `silence_s` without a sign of life.
 
     Raises HubLost if the hub does not run or ends, HubError if another hub has this name in the realm or the endpoint
     is in use, BadConfig for a bad file, BadValue, ExtraMissing without canwire[network].
     """
     from canwire.hub.links.network.access import Access, load
-    from canwire.hub.links.network.bridge import LOOPBACK, Bridge, Offered
+    from canwire.hub.links.network.bridge import Bridge
+    from canwire.hub.links.network.offered import LOOPBACK, Offered
 
     raise_descriptor_limit()
     socket = default_address() if address is None else os.path.abspath(address)
@@ -57,6 +59,7 @@ def offer(
         name=name or "",
         listen=tuple(listen) or (() if via else (LOOPBACK,)),
         via=tuple(via),
+        relay=tuple(relay),
         access=None if access is None else load(Access, access),
         insecure=insecure,
         age_s=finite("age_s", age_s, 0, 3600),
@@ -95,6 +98,33 @@ def route(
     with contextlib.closing(open_for_hub(for_router(tuple(listen), users), users)):
         if ready is not None:
             ready()
+        while not stop.wait(_LOOK_AGAIN_S):
+            pass
+
+
+def relay(
+    endpoint: str,
+    *,
+    listen: str = "tcp/127.0.0.1:7448",
+    ready: Callable[[str], object] | None = None,
+    stop: Event,
+    warn: Callable[[str], object] | None = None,
+) -> None:
+    """Carry the connections of this machine's programs to a hub in one connection, until `stop` is set.
+
+    Frames that several of the programs receive cross the network once. A hub listens for relays at `endpoint` (`offer`
+    with `relay`), and programs of this machine connect to `listen`; `ready` gets the address for them. Each program
+    identifies itself to the hub as it does without a relay. `warn` gets a line when the connection breaks, and another
+    when it is back.
+
+    Raises HubLost if no program answers at `endpoint`, HubError if no hub for relays answers there or `listen` is in
+    use, and BadValue.
+    """
+    from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
+
+    with contextlib.closing(RelayAtPrograms(endpoint, listen, warn or (lambda text: None))) as made:
+        if ready is not None:
+            ready(made.address)
         while not stop.wait(_LOOK_AGAIN_S):
             pass
 

@@ -1,6 +1,6 @@
-"""ldfparser with its grammar compiled once.
+"""ldfparser with its grammar compiled once for all files.
 
-By itself it compiles it for each file, which takes 0.1 s of the processor, ten times what a small file takes.
+ldfparser itself compiles its grammar for each file, which takes 0.1 s of processor time, ten times that of a small file.
 Source: ldfparser 0.26, `parser.py`.
 """
 
@@ -26,18 +26,14 @@ def parse_ldf() -> Callable[..., Any]:
 
 @cache
 def _with_one_grammar() -> Callable[..., Any]:
-    """A copy of the function for which the name `Lark` means `compiled`; ldfparser itself stays as it is."""
+    """A copy of ldfparser's function in which the name `Lark` means `compiled`; ldfparser itself is not changed."""
     module = import_module("ldfparser.parser")
 
-    @cache
-    def kept(grammar: str, parser: str, propagate_positions: bool) -> Any:
-        return module.Lark(grammar, parser=parser, propagate_positions=propagate_positions)
+    kept = cache(module.Lark)
 
-    def compiled(
-        *, grammar: str, parser: str, propagate_positions: bool, lexer_callbacks: dict[str, Any]
-    ) -> Any:
-        """Without the callbacks, which collect comments that are not asked for."""
-        return kept(grammar, parser, propagate_positions)
+    def compiled(*, lexer_callbacks: object = None, **options: Any) -> Any:
+        """The compiled grammar without the callbacks, which collect comments that canwire does not read."""
+        return kept(**options)
 
     names = {**vars(module), "Lark": compiled}
     for name in ("parse_ldf_to_dict", "parse_ldf"):

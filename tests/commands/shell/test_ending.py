@@ -80,6 +80,7 @@ AT_ONCE = {
     "plug",
     "query",
     "recover",
+    "relay",
     "run",
     "share",
     "stats",
@@ -91,7 +92,8 @@ AT_ONCE = {
     "web",
 }
 """They end by themselves at once, or are shown to end in tests of their own: acan's programs, a hub by `share`,
-`run` becomes its program, `bridge` takes an interface of the kernel."""
+a relay in tests/hub/links/network/test_relay.py, `run` becomes its program, `bridge` takes an interface of the
+kernel."""
 
 
 class Running:

@@ -65,7 +65,11 @@ class CanBus(BusState):
         if node.waiting_from_ns < self.timeline.now_ns:
             node.waiting_from_ns, node.waiting_from_ps = self.timeline.now_ns, 0
         self.nodes.append(node)
-        self.changed()
+        if node.on_bus or node.waiting or self._state == _BITWISE:
+            self.changed()
+        else:  # it takes no part yet, so the others need no look, of which thousands of nodes would make millions
+            self._sleeping = self._sleeping or node.asleep
+            self.timeline.interrupted = True
 
     def detach(self, node: Node) -> None:
         """Take a controller off the copper; others see it go recessive at this moment."""

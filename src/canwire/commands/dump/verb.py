@@ -142,7 +142,7 @@ def _dump(arguments: argparse.Namespace) -> int:
     databases = databases_of(arguments)
     with ExitStack() as closing:
         hub = connected(arguments, "dump", closing)
-        places = places_of(hub, arguments.lines)
+        places = places_of(hub, arguments.lines, getattr(arguments, "watch", None))
         if arguments.bus_name:
             places = [(place.info.bus or name, place) for name, place in places]
         if arguments.message and databases is not None:

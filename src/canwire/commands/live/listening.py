@@ -23,10 +23,11 @@ from canwire import (
 )
 from canwire.commands.can_line import add_rate_arguments, bring_up
 from canwire.commands.console import complain
-from canwire.commands.shared_hub import find_line
+from canwire.commands.live.same_lines import same_line
 
 if TYPE_CHECKING:
     from canwire import Event, Hub, HubChannel, LineStatus
+    from canwire.commands.reconnecting import Watch
 
 ANY = "any"
 QUEUE = 32_768  # frames: more than a second of the busiest classic bus
@@ -62,11 +63,14 @@ def add_listening_arguments(parser: argparse.ArgumentParser) -> None:
     add_rate_arguments(parser)
 
 
-def places_of(hub: Hub, names: Sequence[str]) -> list[tuple[str, LinePlace]]:
-    """The CAN lines meant, each once; "any" is one line of every bus, and each that is on none. Raises NoSuchBoard."""
+def places_of(hub: Hub, names: Sequence[str], watch: Watch | None = None) -> list[tuple[str, LinePlace]]:
+    """The CAN lines meant, each once; "any" is one line of every bus, and each that is on none. Raises NoSuchBoard.
+
+    With a `watch`, a hub that is back has the same lines again (same_lines.py).
+    """
     found: dict[str, tuple[str, LinePlace]] = {}
     for name in names:
-        every = _one_of_each_bus(hub) if name == ANY else [(name, find_line(hub, name))]
+        every = _one_of_each_bus(hub) if name == ANY else [(name, same_line(hub, name, watch))]
         for shown, place in every:
             found.setdefault(place.address, (shown, place))
     if not found:

@@ -45,6 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
                 name=arguments.name,
                 listen=arguments.listen or (),
                 via=arguments.via or (),
+                relay=arguments.relay or (),
                 access=arguments.access,
                 insecure=arguments.insecure,
                 age_s=2.0 if arguments.age is None else float(arguments.age),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 _EACH = ("realm", "name", "access", "age", "silence")
-_MANY = ("listen", "via")
+_MANY = ("listen", "via", "relay")
 
 
 def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
@@ -19,6 +19,12 @@ def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
         help="listen at tcp/ADDRESS:PORT or tls/ADDRESS:PORT (default: tcp/127.0.0.1:7449)",
     )
     parser.add_argument("--via", action="append", metavar="ENDPOINT", help="connect to this Zenoh router")
+    parser.add_argument(
+        "--relay",
+        action="append",
+        metavar="ENDPOINT",
+        help="also listen for relays, at tcp/ADDRESS:PORT (see canwire relay)",
+    )
     parser.add_argument(
         "--access", metavar="FILE", help="file of users, their rights, and certificates (TOML)"
     )

@@ -71,7 +71,7 @@ def _view(arguments: argparse.Namespace, table: Table, decode: Decode | None) ->
     )
     with ExitStack() as closing:
         hub = connected(arguments, "view", closing)
-        places = places_of(hub, arguments.lines)
+        places = places_of(hub, arguments.lines, getattr(arguments, "watch", None))
         events = (int(EventKind.ERROR),)
         listening = closing.enter_context(Listening(hub, places, wanted_by(arguments), events=events))
         complain_each(listening.told)

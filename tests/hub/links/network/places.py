@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 from canwire import BitTiming, ChannelMode, Hub, HubChannel, LineMode
 from canwire.hub.links.local import LocalLink
-from canwire.hub.links.network.bridge import Bridge, Offered
+from canwire.hub.links.network.bridge import Bridge
 from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.links.network.offered import Offered
 from canwire.hub.links.network.session.settings import Patience
 from canwire.hub.owner.engine import Engine
 from tests.hubs import LONG_S, embedded, free_port

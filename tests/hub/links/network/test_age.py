@@ -9,12 +9,12 @@ import pytest
 
 from canwire import Frame, HubError
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.bridge import Offered
 from canwire.hub.links.network.calls import answered_in, asked_in, encode
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.cuts.age import Age, OtherClock
 from canwire.hub.links.network.incoming import Incoming
 from canwire.hub.links.network.mirrors import Outgoing
+from canwire.hub.links.network.offered import Offered
 from canwire.hub.protocol import messages as m
 from canwire.ring import Ring
 from tests.hub.links.network.places import Cable, Place, channel, elsewhere, offered, running, until

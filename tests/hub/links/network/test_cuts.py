@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from canwire.hub.links.network import wire
-from canwire.hub.links.network.bridge import GRACE_S
 from canwire.hub.links.network.cuts.absent import Absent
 from canwire.hub.links.network.cuts.broken import Breaks
+from canwire.hub.links.network.offered import GRACE_S
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.session.settings import CUT_S, LEASE_S, Patience
 from tests.cases import each

@@ -7,24 +7,25 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from canwire.errors import BadMessage, CanwireError, HubError, HubLost
 from canwire.hub.links.network import keys, wire
-from canwire.hub.links.network.access import Access, right_of
+from canwire.hub.links.network.access import right_of
 from canwire.hub.links.network.calls import Answered, asked_in, encode, refused
 from canwire.hub.links.network.cuts.absent import Absent
 from canwire.hub.links.network.discovery import offers_in
 from canwire.hub.links.network.guest import Guest
+from canwire.hub.links.network.offered import Offered
+from canwire.hub.links.network.relay.at_hub import RelaysAtHub
 from canwire.hub.links.network.session.callback import direct
 from canwire.hub.links.network.session.sending import sender
 from canwire.hub.links.network.session.settings import (
-    CUT_S,
-    LEASE_S,
     check_reach,
     for_hub,
     load_zenoh,
     open_for_hub,
+    target_of,
 )
 from canwire.hub.protocol import messages as m
 from canwire.platform import EventDescriptor
@@ -32,28 +33,8 @@ from canwire.platform import EventDescriptor
 if TYPE_CHECKING:
     from canwire.hub.protocol.link import Link
 
-LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
-GRACE_S = 2.0  # a client whose connection is broken may return within this time
-TIMED_SILENCE_S = 30.0  # then a client that others wait for is dropped: as long as cuts are tolerated
-AGE_S = 2.0  # of commands, which are refused after that
 HEALTHY_S = 0.3  # between two looks whether the hub answers ...
 _UNHEALTHY_S = 0.8  # ... and the silence after which no sign of life is given for it
-
-
-class Offered(NamedTuple):
-    """How a hub is offered: realm and name, endpoints it listens on, routers it connects to, and its users."""
-
-    realm: str = keys.REALM
-    name: str = ""
-    listen: tuple[str, ...] = (LOOPBACK,)
-    via: tuple[str, ...] = ()
-    access: Access | None = None
-    insecure: bool = False
-    lease_s: float = LEASE_S
-    grace_s: float = GRACE_S
-    cut_s: float = CUT_S
-    timed_silence_s: float = TIMED_SILENCE_S
-    age_s: float = AGE_S
 
 
 class Bridge:
@@ -72,7 +53,9 @@ class Bridge:
         warn: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._warn = warn
-        check_reach(offered.listen, offered.access, via=offered.via, insecure=offered.insecure)
+        check_reach(
+            offered.listen, offered.access, via=offered.via, insecure=offered.insecure, relay=offered.relay
+        )
         zenoh = load_zenoh()
         self._dial = dial
         self._offered = offered
@@ -83,6 +66,7 @@ class Bridge:
         self._heard: dict[str, Any] = {}  # subscribers
         self._absent = Absent(offered.lease_s, offered.grace_s, offered.cut_s)
         self._closed = False
+        self._relays: RelaysAtHub | None = None
         self._stopping = EventDescriptor()
         self._healthy_s = time.monotonic()
         name = keys.word("name", offered.name or socket.gethostname())
@@ -115,6 +99,9 @@ class Bridge:
         self._own.listen(self._notice)
         self._thread = threading.Thread(target=self._watch, name="canwire-bridge", daemon=True)
         self._thread.start()
+        if self._offered.relay:
+            hub = f"{realm}/{self.offer.name}"
+            self._relays = RelaysAtHub(self._offered.relay, target_of(self._offered.listen), hub)
 
     @property
     def address(self) -> str:
@@ -134,6 +121,8 @@ class Bridge:
             self._thread.join()
         for client in list(self._guests):
             self._leave(client)
+        if self._relays is not None:
+            self._relays.close()
         self._session.close()
         self._own.close()
         self._stopping.close()
@@ -237,6 +226,7 @@ class Bridge:
                     self._is_healthy,
                     self._offered.age_s,
                     lambda text: self._warn(f"{name}: {text}"),
+                    relayed=client.startswith(keys.RELAYED),
                 )
                 self._heard[client] = self._session.declare_subscriber(key + "/up", direct(self._came))
                 self._share_out()

@@ -81,8 +81,9 @@ class NetworkLink:
             raise
         self.time = self._offer.time
         self._doorbell = EventDescriptor(shared=True)
-        self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, secrets.token_hex(8))
-        self._pump = Pump(self._send, self._doorbell)
+        own = (keys.RELAYED if place.relayed else "") + secrets.token_hex(8)
+        self._keys = keys.client(self._offer.realm, self._offer.instance, self._user, own)
+        self._pump = Pump(self._send, self._doorbell, relayed=place.relayed)
         self._pump.add(IncomingNotes(self._note))
         self._pump.add(self._stirs)
         self._broken = Broken(

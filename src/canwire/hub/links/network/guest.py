@@ -53,6 +53,8 @@ class Guest:
         healthy: Callable[[], bool],
         age_s: float = 0.0,
         warn: Callable[[str], object] = lambda text: None,
+        *,
+        relayed: bool = False,
     ) -> None:
         self.user = user
         self.late = Late(age_s, warn)
@@ -69,7 +71,7 @@ class Guest:
         self._rings: dict[int, tuple[int, ...]] = {}  # by handle
         self._closed = False
         self._notes = OutgoingNotes()
-        self.pump = Pump(send, healthy=healthy)
+        self.pump = Pump(send, healthy=healthy, relayed=relayed)
         self._places = Places(link, self.pump.mirror)
         self.pump.add(self._notes)
         self.pump.add(IncomingStirs(self._places.stir))

@@ -3,7 +3,8 @@
 canwire/REALM/hub/NAME/INSTANCE/VERSION/TIME      a liveliness token for each hub that is offered
 canwire/REALM/to/INSTANCE/USER/CLIENT/...         one client's own: `call`, `up`, `down`, and `here`, its token
 
-A program that may use the keys of a user acts as that user; an access list of the hub's session enforces this.
+CLIENT begins with "relayed-" where the client connects through a relay (relay/). A program that may use the keys of a
+user acts as that user; an access list of the hub's session enforces this.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ SCHEME = "zenoh://"
 REALM = "canwire"
 PORT = 7449
 ANYBODY = "anybody"  # the user of hubs without authentication
+RELAY_PORT = 7450  # of the hub's end of relays
+RELAYED = "relayed-"  # what the names of clients begin with that connect through a relay
 _EVERYWHERE = re.compile(r"^(\w+/)(?:0\.0\.0\.0|\[::\])(:\d+)")
 _WORD = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
@@ -29,6 +32,7 @@ class Place(NamedTuple):
     name: str
     endpoint: str
     by_host: bool  # the name is the endpoint's own, and may be another one than the hub's
+    relayed: bool = False  # the endpoint is a relay on this machine
 
     def __str__(self) -> str:
         return f"{SCHEME}{self.realm}/{self.name}"
@@ -52,15 +56,18 @@ def word(what: str, text: str) -> str:
 
 
 def parse(address: str) -> Place:
-    """zenoh://REALM/HOST[:PORT][?via=tcp/ADDRESS:PORT]; raises BadValue.
+    """zenoh://REALM/HOST[:PORT], or zenoh://REALM/NAME with ?via=ENDPOINT or ?relay=ENDPOINT; raises BadValue.
 
     >>> parse("zenoh://lab/bench1:7450").endpoint
     'tcp/bench1:7450'
     >>> parse("zenoh://lab/bench1?via=tls/router:7447").endpoint
     'tls/router:7447'
+    >>> parse("zenoh://lab/bench1?relay=tcp/127.0.0.1:7448").relayed
+    True
     """
     form = (
-        f"{address!r}: zenoh://REALM/HOST[:PORT], or zenoh://REALM/NAME?via=tcp/ADDRESS:PORT through a router"
+        f"{address!r}: zenoh://REALM/HOST[:PORT], or zenoh://REALM/NAME?via=tcp/ADDRESS:PORT through a "
+        "router, ?relay=tcp/127.0.0.1:PORT through a relay"
     )
     parts = urlsplit(address)
     host = parts.path.removeprefix("/")
@@ -69,11 +76,11 @@ def parse(address: str) -> Place:
     name, _, port = host.partition(":")
     if port and not (port.isdecimal() and 0 < int(port) < 1 << 16):
         raise BadValue(form)
-    via = parts.query.removeprefix("via=")
-    if parts.query and (via == parts.query or "/" not in via):
+    how, _, via = parts.query.partition("=")
+    if parts.query and (how not in ("via", "relay") or "/" not in via):
         raise BadValue(form)
     endpoint = via or f"tcp/{name}:{port or PORT}"
-    return Place(word("realm", parts.netloc), word("host", name), endpoint, not via)
+    return Place(word("realm", parts.netloc), word("host", name), endpoint, not via, how == "relay")
 
 
 def address_of(offer: Offer, listen: tuple[str, ...], via: tuple[str, ...], host: str) -> str:

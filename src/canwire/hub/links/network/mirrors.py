@@ -176,5 +176,5 @@ class Outgoing:
 
     def _payload(self, records: memoryview, stamp: int) -> bytes:
         if self._frames:
-            return wire.packed_frames(self.number, self._sent, records, stamp, squeeze=self._way.slow)
+            return wire.packed_frames(self.number, self._sent, records, stamp, squeeze=self._way.squeezes)
         return wire.frames(self.number, self._sent, records, stamp)

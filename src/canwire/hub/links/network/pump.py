@@ -40,6 +40,8 @@ class Pump:
         send: Callable[[bytes], object],
         doorbell: EventDescriptor | None = None,
         healthy: Callable[[], bool] = lambda: True,
+        *,
+        relayed: bool = False,
     ) -> None:
         self._send = send
         self._healthy = healthy
@@ -53,7 +55,7 @@ class Pump:
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
         self.heard_ns = time.monotonic_ns()
         self.clock = OtherClock()
-        self.way = Way()
+        self.way = Way(relayed=relayed)
         self._unheard_ns = 0  # how long the other end had heard nothing, when it last said so
         self._thread = threading.Thread(target=self._run, name="canwire-network", daemon=True)
 

@@ -23,12 +23,12 @@ _NEVER = 1 << 62
 
 
 class Way:
-    """The window that all outgoing rings of a link share; it starts with `limit` bytes.
+    """The window that all outgoing rings of a link share; it starts with `limit` bytes, and may lead through a relay.
 
     No clock: times in ns are arguments; any thread may call.
     """
 
-    def __init__(self, limit: int = FIRST) -> None:
+    def __init__(self, limit: int = FIRST, *, relayed: bool = False) -> None:
         self._lock = threading.Lock()
         self._limit, self._under_way = limit, 0
         self._full = False  # something had to wait since the window was changed ...
@@ -37,6 +37,7 @@ class Way:
         self._quickest_ns, self._quickest_before_ns = _NEVER, _NEVER
         self._round_ns = -_NEVER
         self.slow = False
+        self._relayed = relayed
         self._crowd_ns = 0
 
     def shared_with(self, clients: int) -> None:
@@ -47,6 +48,11 @@ class Way:
     def hold_ns(self) -> int:
         """How long small batches wait for each other."""
         return HOLD_NS + max(self._crowd_ns, _SLOW_HOLD_NS if self.slow else 0)
+
+    @property
+    def squeezes(self) -> bool:
+        """Whether batches are compressed one by one; a relay compresses those of all programs together."""
+        return self.slow and not self._relayed
 
     @property
     def at_once(self) -> int:

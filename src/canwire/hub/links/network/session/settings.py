@@ -143,9 +143,16 @@ def rules(users: dict[str, User], hub: Router | None = None) -> Settings:
 
 
 def check_reach(
-    listen: tuple[str, ...], access: Access | None, *, via: tuple[str, ...] = (), insecure: bool
+    listen: tuple[str, ...],
+    access: Access | None,
+    *,
+    via: tuple[str, ...] = (),
+    insecure: bool,
+    relay: tuple[str, ...] = (),
 ) -> None:
     """Raises BadValue for an endpoint open to every program on the network, unless that was requested."""
+    if relay:
+        target_of(listen)
     if access is not None:
         _check_routers(listen, via, access)
         return
@@ -157,12 +164,23 @@ def check_reach(
             "give --access FILE with users and [router], where the router is `canwire router --access FILE` or one "
             "with such a list, or --insecure"
         )
-    for endpoint in listen:
+    for endpoint in (*listen, *relay):
         if not _is_loopback(endpoint):
             raise BadValue(
                 f"{endpoint}: other machines reach it, and would need no authentication; give --access FILE "
                 "with users, or --insecure"
             )
+
+
+def target_of(listen: tuple[str, ...]) -> str:
+    """The endpoint of a hub that relays connect programs to, which asks who they are; raises BadValue."""
+    found = next((endpoint for endpoint in listen if endpoint.startswith("tcp/")), None)
+    if found is None:
+        raise BadValue(
+            f"{', '.join(listen) or 'a router alone'}: a relay needs a hub that listens at tcp/ADDRESS:PORT; "
+            "what TLS has encrypted is never twice the same, and could not be sent once for all programs of a machine"
+        )
+    return found.replace("tcp/0.0.0.0:", "tcp/127.0.0.1:").replace("tcp/[::]:", "tcp/[::1]:")
 
 
 def _check_routers(listen: tuple[str, ...], via: tuple[str, ...], access: Access) -> None:
