@@ -1,6 +1,7 @@
 """ldfparser with its grammar compiled once for all files.
 
-ldfparser itself compiles its grammar for each file, which takes 0.1 s of processor time, ten times that of a small file.
+ldfparser itself compiles its grammar for each file, which takes 0.1 s of processor time,
+ten times that of a small file.
 Source: ldfparser 0.26, `parser.py`.
 """
 

@@ -19,7 +19,7 @@ _GREETING_S = 3.0
 class RelaysAtHub:
     """Listens at `endpoints` until `close`; `target` is where the hub listens, `hub` its realm and name.
 
-    Who a program is remains the business of the endpoint that it is connected to: a relay has no rights of its own.
+    The endpoint `target` authenticates each program: a relay itself has no rights.
     Raises HubError if it cannot listen there, BadValue for a malformed endpoint.
     """
 
