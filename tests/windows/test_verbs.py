@@ -24,7 +24,7 @@ WITHOUT_A_HUB = {  # words, and what they say
     "adapters": "canwire: serial ports cannot be listed here",  # on Wine, which lacks what pyserial asks for
     "share": "canwire: serial ports cannot be listed here",
     f"convert {LOG} C:\\canwire.asc": "12974 entries from candump to asc",
-    "native vcinpl2 --cflags": "-I",
+    "native vcinpl2 --cflags": "canwire\\native\\include",
     "completion bash": "complete",
     "slcan": "Windows has no pseudo terminals; use --tcp",
     "devices --hub C:\\nowhere\\hub": "no hub listens on C:",
