@@ -48,7 +48,7 @@ USB = Port("/dev/ttyUSB0", "CANable", False, "dialout")
 def test_a_sound_machine_has_nothing_to_mend() -> None:
     found = examined(WELL)
     assert {finding.level for finding in found} == {OK}
-    assert all(finding.mend == "" for finding in found)
+    assert all(finding.remedy == "" for finding in found)
     assert {finding.subject for finding in found} == {
         "core", "extras", "serial ports", "adapters", "SocketCAN", "hub", "limits", "clock",
     }  # fmt: skip
@@ -90,7 +90,7 @@ def test_what_is_wrong_and_how_to_mend_it(
     (one,) = [finding for finding in found if finding.level != OK]
     assert (one.level, one.subject) == (level, subject)
     assert text in one.text
-    assert mend in one.mend
+    assert mend in one.remedy
 
 
 def test_nothing_is_plugged_in_and_nothing_runs() -> None:

@@ -76,7 +76,9 @@ def set_up(
             f"the controller was set up before and accepts nothing for machine {machine}; /I sets it up again"
         )
     elif not before.accepts(identifier(acan.BROADCAST)):
-        remark = "the controller was set up before and accepts no broadcast; /I sets it up again"
+        remark = (
+            "the controller was set up before and accepts no message for all machines; /I sets it up again"
+        )
     driver.bus_on()
     return machine, remark
 
