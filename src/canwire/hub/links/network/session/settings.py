@@ -19,14 +19,10 @@ SESSIONS = 1_000  # machines or programs that one hub lets in
 CONNECT_S = 1.5  # and so many times the way there and back more
 _ROUNDS = 5
 _ROUTER_S = 5.0
-_STRANGERS = (
-    2_000  # connections that have not said who they are; with Zenoh's own 100, a hundred silent ones ...
-)
-_STRANGER_MS = 3_000  # ... kept everybody out for 10 s
+_STRANGERS = 2_000  # connections without a login; with Zenoh's own 100, a hundred silent connections ...
+_STRANGER_MS = 3_000  # ... kept all programs out for 10 s
 LEASE_S = 10.0  # silence of the other machine after which Zenoh gives a connection up ...
-CUT_S = (
-    30.0  # ... and how much longer both ends keep what is open: cuts of 30 s, and the time to make a new one
-)
+CUT_S = 30.0  # ... and how much longer both ends keep open handles: cuts of 30 s, and the time to reconnect
 _ALL = ["put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"]
 _TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscriber"]
 _BOTH = ["ingress", "egress"]
