@@ -17,6 +17,7 @@ from canwire.bus.can.stepped import losing_bit
 from canwire.bus.can.stimulus import Stimulus
 from canwire.bus.can.tally import Tally
 from canwire.chips.confinement import Confinement
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.hub.protocol.turn_page import TurnPage
 
 pytestmark = [pytest.mark.core, pytest.mark.finding("faults-2 11")]
@@ -67,6 +68,7 @@ def test_what_c_reads_unseen_is_never_none() -> None:
         (clock, ("station", "node", "echo")),
         (clock.echo, ("node",)),
         (BitLevel(), ("tally", "clocks", "stimuli")),
+        (Sja1000(), ("cells", "interrupts", "fifo", "filter", "confinement")),
     ):
         for name in names:
             with pytest.raises(AttributeError):
