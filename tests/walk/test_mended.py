@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import pytest
 
 import canwire
+from canwire.bus.can.bit_level import BitLevel
 from canwire.bus.can.bits import measure
+from canwire.bus.can.bus import CanBus
 from canwire.bus.can.clock import Clock
 from canwire.bus.can.echo import Echo
 from canwire.bus.can.node import Mailbox, Node
-from canwire.bus.can.station import Station
+from canwire.bus.can.station import WAITING, Station
 from canwire.bus.can.stepped import losing_bit
 from canwire.bus.can.stimulus import Stimulus
+from canwire.bus.can.tally import Tally
 from canwire.bus.load import BusLoad
 from canwire.chips.confinement import Confinement
+from canwire.chips.sja1000.controller import Sja1000
 from canwire.hub.protocol.turn_page import TurnPage
 from tests.cases import each
 
@@ -51,13 +56,6 @@ def test_a_bus_that_is_busy_for_ages_is_looked_at_in_an_instant() -> None:
     assert (load.percent(2**62), load.peak(), load.busy_ns) == (100.0, 100.0, 2**62 - 7)
 
 
-def test_a_clock_hands_on_the_level_that_it_is_given() -> None:
-    clock, clock_node = Clock.__new__(Clock), Node()
-    clock.node, clock.data_rate = clock_node, False
-    clock_node.sample_gap_ps = 0
-    assert [clock.found(level) for level in (-1, 0, 1)] == [-1, 0, 1]  # -1 was a SystemError
-
-
 @compiled_only
 def test_a_mailbox_that_was_never_initialised_has_a_record() -> None:
     with canwire.Lab() as lab:
@@ -70,9 +68,33 @@ def test_a_mailbox_that_was_never_initialised_has_a_record() -> None:
 
 @compiled_only
 def test_what_was_never_initialised_answers_or_raises() -> None:
-    page, echo = TurnPage.__new__(TurnPage), Echo.__new__(Echo)
+    page, echo, station = TurnPage.__new__(TurnPage), Echo.__new__(Echo), Station.__new__(Station)
     assert (page.asked(), page.now_ns(), page.give(7)) == (False, 0, None)
     echo.drive(1, 0)
-    assert echo.changes == 0
+    assert echo.level_at(0) == 1
+    station.sample(0)
+    assert station.state == WAITING
     with pytest.raises(AttributeError, match="NoneType"):
-        Station.__new__(Station).begin()
+        CanBus.__new__(CanBus).idle()
+
+
+@compiled_only
+def test_what_c_reads_unseen_is_never_none() -> None:
+    """These files are compiled without checks for None, so nothing may put one there."""
+    station = Station(Node(), Tally())
+    clock = Clock(station, 0)
+    for thing, names in (
+        (station, ("node", "tally", "reader", "layout", "box", "sent", "levels")),
+        (clock, ("station", "node", "echo")),
+        (clock.echo, ("node",)),
+        (BitLevel(), ("tally", "clocks", "stimuli")),
+        (Sja1000(), ("cells", "interrupts", "fifo", "filter", "confinement")),
+    ):
+        for name in names:
+            with pytest.raises(AttributeError):
+                setattr(thing, name, None)
+            with pytest.raises(AttributeError):
+                delattr(thing, name)
+    for refused in (partial(Station, None, Tally()), partial(Station, Node(), None), partial(Clock, None, 0)):
+        with pytest.raises(TypeError, match="None: must be"):
+            refused()

@@ -42,8 +42,8 @@ cdef class KeptLayout:
     cdef int _fd_mode
 
     @cython.locals(layout=BitLayout)
-    cpdef void take(self, Mailbox box, int fd_mode) except *
-    @cython.locals(k=int)
+    cdef int take(self, Mailbox box, int fd_mode) except -1
+    @cython.locals(k=int, ours="unsigned long long *", theirs="unsigned long long *")
     cdef bint _holds(self, Mailbox box) noexcept
 
 @cython.locals(fed_back="unsigned int")

@@ -211,21 +211,21 @@ class KeptLayout:
 
     def take(self, box: Mailbox, fd_mode: int) -> None:
         """This frame is to be sent."""
-        if fd_mode == self._fd_mode and self._holds(box):
-            return
-        frame = codec.frame_at(box.words, 0)
-        layout = BitLayout(frame, fd_mode=fd_mode)
-        self.levels = bytes(layout.levels)
-        self.tail_bit = len(layout.levels) - _TAIL_BITS
-        self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
-        self.classic = not frame.fd
-        self._fd_mode = fd_mode
-        _mem.copy_record(self._box.words, 0, box.words, 0)
+        if fd_mode != self._fd_mode or not self._holds(box):
+            frame = codec.frame_at(box.words, 0)
+            layout = BitLayout(frame, fd_mode=fd_mode)
+            self.levels = bytes(layout.levels)
+            self.tail_bit = len(layout.levels) - _TAIL_BITS
+            self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
+            self.classic = not frame.fd
+            self._fd_mode = fd_mode
+            _mem.copy_record(self._box.words, 0, box.words, 0)
 
     def _holds(self, box: Mailbox) -> bool:
         """Its record is the same, but for the time."""
+        ours, theirs = self._box.words, box.words
         for k in range(1, _RECORD_WORDS):
-            if box.words[k] != self._box.words[k]:
+            if ours[k] != theirs[k]:
                 return False
         return True
 

@@ -14,8 +14,8 @@ cdef unsigned long long _FAR_NS
 
 @cython.final
 cdef class BitLevel:
-    cdef public Tally tally
-    cdef public list clocks
+    cdef readonly Tally tally
+    cdef readonly list clocks
     cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
@@ -24,13 +24,14 @@ cdef class BitLevel:
     cdef Apart _apart
     cdef bint _stepping, _forcing, _drifts
     cdef public object capture, disturb, spare, watch
-    cdef public list stimuli
+    cdef readonly list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim, sender_seen
     cdef public int index_seen
     cdef int _wire, _shown, _flip, _forced
     cdef Clock _flip_sender, _latest
 
+    cdef int _take_parts(self) except -1
     @cython.locals(clock=Clock)
     cpdef int stimulate(self, Stimulus stimulus, long long at_ps) except -1
     cpdef long long offset_ps(self) noexcept
@@ -64,7 +65,7 @@ cdef class BitLevel:
     cpdef int replay(self, unsigned long long now_ns) except -1
     cpdef int step(self) except -1
     cpdef int step_at(self, long long at_ps) except -1
-    @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock, station=Station)
+    @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock)
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cdef int _begin_bits(self, long long at_ps) except -1

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The bit level of a CAN bus: every node's clock, sample point and level, edge by edge.
 
 bus.py skips over undisturbed frames in one step. All else happens here: errors,
@@ -44,40 +45,38 @@ class BitLevel:
     not rest.
     """
 
+    def __cinit__(self) -> None:
+        """Compiled: nothing that C reads is None, not even in what was never initialised."""
+        self._take_parts()
+
     def __init__(self) -> None:
-        self.tally = Tally()
-        self.clocks: list[Clock] = []
-        self._known: list[Clock] = []  # of when the bus was here last
-        self.origin_ns = 0
-        self.origin_ps = 0
-        self.now_ps = 0
-        self.delay_ps = 0
-        self.shorted = False
-        self.undisturbed = False
+        self._take_parts()
+        self.origin_ns = self.origin_ps = self.now_ps = self.delay_ps = 0
+        self.shorted = self.undisturbed = self.aligned = self.pinned = False
         self.capture: Callable[[int, int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
         self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
         self.coasts = True
-        self.aligned = False
-        self.pinned = False
-        self.stimuli: list[Stimulus] = []
         self.victim: Node | None = None
         self.sender_seen: Node | None = None
         self.index_seen = 0
-        self._stretch = Stretch()
-        self._apart = Apart()
-        self._drifts = False
+        self._drifts = self._stepping = self._forcing = False
         self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
-        self._stepping = False
-        self._wire = 1
-        self._shown = 1
+        self._wire = self._shown = 1
         self._forced = _FREE
-        self._forcing = False
         self._change_ps = _NEVER
         self._flip = -1
         self._flip_sender: Clock | None = None
         self._asked_ps = self._fell_ps = -1
+
+    def _take_parts(self) -> None:
+        self.tally = Tally()
+        self.clocks: list[Clock] = []
+        self._known: list[Clock] = []  # of when the bus was here last
+        self.stimuli: list[Stimulus] = []
+        self._stretch = Stretch()
+        self._apart = Apart()
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Take over at an instant when the bus is idle and every node is at a bit boundary."""
@@ -167,7 +166,9 @@ class BitLevel:
     def next_ps(self) -> int:
         soonest = self._change_ps
         for clock in self.clocks:
-            soonest = min(soonest, clock.next_ps(self.now_ps))
+            soonest = min(soonest, clock.due_ps, clock.edge_ps, clock.check_ps)
+            if clock.node.sample_gap_ps:
+                soonest = min(soonest, clock.next_ps(self.now_ps))
         return soonest
 
     def transmits(self, node: Node) -> bool:
@@ -196,7 +197,7 @@ class BitLevel:
             for clock in self.clocks:
                 if not clock.coasts_with(first):
                     return self._drifts and self._coast_apart(limit_ns)
-                sample_ps = clock.sample_ps()
+                sample_ps = clock.node.data_sample_ps if clock.data_rate else clock.node.sample_ps
                 if sample_ps > latest_ps:
                     self._latest, latest_ps = clock, sample_ps
             self.aligned = True
@@ -295,11 +296,10 @@ class BitLevel:
         at_ns = self.at_ns(at_ps)
         changed = sent = False
         for clock in self.clocks:
-            station = clock.station
-            station.now_ns = at_ns
+            clock.station.now_ns = at_ns
             if clock.due_ps == at_ps and not clock.sampling:
                 changed = True
-                if station.finished and station.transmitting:
+                if clock.station.finished and clock.station.transmitting:
                     sent = True  # receivers get a frame before its sender gets the outcome
                 else:
                     self._begin_bit(clock, at_ps)

@@ -10,12 +10,12 @@ cdef long long _NEVER
 
 @cython.final
 cdef class Clock:
-    cdef public Station station
-    cdef public Node node
+    cdef readonly Station station
+    cdef readonly Node node
     cdef public long long start_ps, due_ps, edge_ps, check_ps
     cdef public int forced, seen, looks
     cdef public bint sampling, synchronised, data_rate, free, joins, edged
-    cdef public Echo echo
+    cdef readonly Echo echo
     cdef readonly long long ahead_start_ps, ahead_due_ps
     cdef readonly int ahead_taken, ahead_begun
     cdef readonly bint ahead_sampling, ahead_synchronised
@@ -30,7 +30,7 @@ cdef class Clock:
     @cython.locals(before_ps="long long", gap_ps="long long")
     cdef bint looks_before(self, long long at_ps) noexcept
     cdef void look(self, int level) noexcept
-    cpdef int found(self, int level) except? -1
+    cdef int found(self, int level) except? -1
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """One station's bit time: its boundaries, its sample points, and how the edges that it sees move them.
 
 Times are bit_level.py's picoseconds.
@@ -22,6 +23,7 @@ from canwire.bus.can.station import (
 )
 from canwire.bus.can.stimulus import FREE
 from canwire.timeline import NEVER
+from canwire.values.checks import instance
 
 _FRAME, _IDLE, _INTERMISSION, _SUSPEND, _WAITING = FRAME, IDLE, INTERMISSION, SUSPEND, WAITING
 _ACTIVE_FLAG, _OVERLOAD_FLAG = ACTIVE_FLAG, OVERLOAD_FLAG
@@ -32,7 +34,14 @@ _NEVER, _FREE, _RES_FIELD = NEVER, FREE, RES
 class Clock:
     """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
 
+    def __cinit__(self, *_: object) -> None:
+        """As Echo's."""
+        self.station = Station.__new__(Station)
+        self.node = self.station.node
+        self.echo = Echo.__new__(Echo)
+
     def __init__(self, station: Station, at_ps: int) -> None:
+        instance("station", station, Station)
         self.station = station
         self.node = station.node
         self.echo = Echo(self.node)

@@ -23,7 +23,7 @@ cdef class Stretch:
     @cython.locals(sender=Station)
     cdef int look(self, list clocks, int most) except -1
     @cython.final
-    @cython.locals(found=Clock, clock=Clock, station=Station, sends=bint)
+    @cython.locals(found=Clock, clock=Clock)
     cdef Clock first_sender(self, list clocks)
     @cython.final
     @cython.locals(sender=Station, clock=Clock, station=Station)

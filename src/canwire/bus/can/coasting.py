@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """Stretches of bits without any observable event: bit_level.py takes each in one step.
 
 All clocks must stand at the same bit boundary and run at the same rate, so that every edge comes where all of them
@@ -66,9 +67,9 @@ class Stretch:
         """The clock of the node that will win among those that still contend."""
         found = None
         for clock in clocks:
-            station = clock.station
-            sends = station.state == _FRAME and station.transmitting
-            if sends and (found is None or station.sent.key < found.station.sent.key):
+            if not clock.station.transmitting or clock.station.state != _FRAME:
+                continue  # `clock.station` has no name of its own here: C would count one more reference to it
+            if found is None or clock.station.sent.key < found.station.sent.key:
                 found = clock
         return found
 
@@ -128,8 +129,7 @@ class Stretch:
     def _look_ahead(self, clocks: list[Clock], most: int) -> int:
         level = 1
         for clock in clocks:
-            station = clock.station
-            if station.state == _ACTIVE_FLAG or station.state == _OVERLOAD_FLAG:
+            if clock.station.state == _ACTIVE_FLAG or clock.station.state == _OVERLOAD_FLAG:
                 level = 0
         self.level = level
         self._asked = None

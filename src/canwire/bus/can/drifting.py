@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """Stretches of bits of clocks that disagree: each is followed by arithmetic, from one sender's edges to the next.
 
 As in coasting.py such a stretch has no observable event. Either one sender is received by readers that have read

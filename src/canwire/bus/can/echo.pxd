@@ -8,7 +8,7 @@ cdef int _HISTORY
 
 @cython.final
 cdef class Echo:
-    cdef public Node node
+    cdef readonly Node node
     cdef readonly object _block
     cdef unsigned long long *_history
     cdef readonly long long changes  # an index is made of it
@@ -17,6 +17,7 @@ cdef class Echo:
     cdef public bint failed
     cdef list _checks, _expected
 
+    cdef int _take_memory(self) except -1
     cpdef int begin(self) except -1
     cpdef void drive(self, int level, long long at_ps) noexcept
     @cython.locals(changed_ps="long long")

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The levels that one node drives, as they arrive later; and the second sample points of a sender's own bits.
 
 With transmitter delay compensation a sender measures in the res bit how late its own edge comes back. A bit of the
@@ -10,8 +11,9 @@ Source: ISO 11898-1:2015 chapter 11.3.3; Bosch M_CAN user's manual, transmitter 
 from __future__ import annotations
 
 from canwire import _mem
-from canwire.bus.can.node import Node
+from canwire.bus.can.node import NOBODY, Node
 from canwire.timeline import NEVER
+from canwire.values.checks import instance
 
 _NEVER = NEVER
 _HISTORY = 64
@@ -23,13 +25,22 @@ class Echo:
     `measuring_ps` is when its res bit began, until that edge has come back, `measured_ps` how long that took.
     """
 
+    def __cinit__(self, *_: object) -> None:
+        """Compiled: nothing that C reads is None, not even in what was never initialised."""
+        self.node = NOBODY
+        self._take_memory()
+
     def __init__(self, node: Node) -> None:
+        instance("node", node, Node)
         self.node = node
+        self._take_memory()
+        self.begin()
+
+    def _take_memory(self) -> None:
         self._block = bytearray(8 * _HISTORY)
         self._history = _mem.words_of(self._block)  # of each change, its time and then one bit, the new level
         self._checks: list[int] = []
         self._expected: list[int] = []
-        self.begin()
 
     def begin(self) -> None:
         """Forget all earlier changes."""
@@ -43,7 +54,7 @@ class Echo:
 
     def drive(self, level: int, at_ps: int) -> None:
         """The node drives this from now on."""
-        if level == self.last or self._block is None:  # None: it was never initialised
+        if level == self.last:
             return
         self._history[self.changes % _HISTORY] = at_ps << 1 | level
         self.last = level

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """A frame taken in bit by bit, as every controller on the bus does, its own sender included.
 
 From SOF to the last CRC bit: destuffing, fields, CRC 15/17/21. station.py handles what comes after

@@ -188,6 +188,9 @@ class Node:
         raise NotImplementedError
 
 
+NOBODY = Node()  # whom what was never initialised belongs to
+
+
 class Bus(Source):
     """What a node may ask of its bus; `timeline` holds the present time."""
 

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """What a reader has read: as a record, beside another reader's, and handed on to one.
 
 Of readers that have read the same only one need read the next bits: coasting.py asks.

@@ -20,17 +20,19 @@ cdef int _TO_DATA_RATE, _TO_NOMINAL_RATE, _FLAG_PART, _DELIMITER_PART, _OVERLOAD
 
 @cython.final
 cdef class Station:
-    cdef public Node node
-    cdef public Tally tally
+    cdef readonly Node node
+    cdef readonly Tally tally
     cdef public unsigned long long now_ns, sof_ns
     cdef public int state, out, last_sample, rate_change, index, run, left, dominant_run, flag_level
-    cdef public FrameReader reader
+    cdef readonly FrameReader reader
     cdef public bint fast, sof_seen, transmitting, finished, rejoined, overload, tec_due, just_free, flagged, counted, stored
-    cdef public Mailbox box, sent, contending
-    cdef public bytes levels
-    cdef public KeptLayout layout
+    cdef readonly Mailbox box, sent
+    cdef public Mailbox contending
+    cdef readonly bytes levels
+    cdef readonly KeptLayout layout
     cdef public bint acknowledging, acknowledged, second_ack
 
+    cdef int _take_parts(self, Node node, Tally tally) except -1
     @cython.locals(node=Node)
     cpdef int begin(self) except -1
     cpdef int begin_bit(self) except -1

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """One node's protocol machine, bit by bit: what ISO 11898-1 calls medium access control.
 
 A `Station` is handed the level at each of its sample points and says which level it drives in
@@ -15,8 +16,9 @@ from canwire.bus.can import node as seam
 from canwire.bus.can import reader_state
 from canwire.bus.can.bit_layout import KeptLayout
 from canwire.bus.can.frame_reader import FrameReader
-from canwire.bus.can.node import Mailbox, Node
+from canwire.bus.can.node import NOBODY, Mailbox, Node
 from canwire.bus.can.tally import Tally
+from canwire.values.checks import instance
 
 # states
 (
@@ -60,12 +62,18 @@ class Station:
     are those of `layout`, the frame that it sends or sent last.
     """
 
+    def __cinit__(self, *_: object) -> None:
+        """Compiled: nothing that C reads is None, not even in what was never initialised."""
+        self._take_parts(NOBODY, Tally())
+
     def __init__(self, node: Node, tally: Tally) -> None:
-        self.node = node
-        self.tally = tally
-        self.box = Mailbox()
-        self.reader = FrameReader(node.fd)
-        self.layout = KeptLayout()
+        instance("node", node, Node)
+        instance("tally", tally, Tally)
+        self._take_parts(node, tally)
+
+    def _take_parts(self, node: Node, tally: Tally) -> None:
+        self.node, self.tally, self.box = node, tally, Mailbox()
+        self.reader, self.layout = FrameReader(node.fd), KeptLayout()
         self.levels = self.layout.levels
         self.begin()
 
@@ -76,14 +84,12 @@ class Station:
         self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
         self.out = self.last_sample = self.flag_level = 1
         self.rate_change = self.index = self.run = self.left = self.dominant_run = 0
-        self.fast = self.transmitting = False
+        self.fast = self.transmitting = self.just_free = self.finished = self.tec_due = False
         self.contending = node.contending
         self.sent = self.box
-        self.just_free = self.finished = False
         # the last bit that it waited for has been sampled, and an SOF comes before it is over
         self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = self.stored = False
-        self.tec_due = False
         self._begin_frame()
 
     def begin_bit(self) -> None:
@@ -132,13 +138,9 @@ class Station:
         """An offer of the node's may start in this bit."""
         node = self.node
         offer = node.offer
-        return (
-            offer is not None
-            and node.on_bus
-            and not node.listen_only
-            and offer.ready_ns <= self.now_ns
-            and node.suspended_ns <= self.now_ns
-        )
+        if offer is None or not node.on_bus or node.listen_only:
+            return False
+        return offer.ready_ns <= self.now_ns and node.suspended_ns <= self.now_ns
 
     def transmits(self) -> bool:
         """The node sends a frame, or sent what its error flag now ends."""
@@ -165,8 +167,8 @@ class Station:
     def wait_for_bus(self) -> None:
         """Leave a frame or error in progress; the node looks for 11 recessive bits."""
         self.state = _WAITING
-        self.transmitting = self.flagged = self.sof_seen = self.finished = False
-        self.just_free = self.stored = False
+        self.transmitting = self.flagged = self.sof_seen = False
+        self.finished = self.just_free = self.stored = False
         self.run = 0
 
     def _offer(self) -> None:
@@ -196,14 +198,12 @@ class Station:
     def _begin_frame(self) -> None:
         self.reader.begin_for(self.node)
         self.index = 0
-        self.acknowledging = self.acknowledged = self.second_ack = False
-        self.fast = self.flagged = False
+        self.acknowledging = self.acknowledged = self.second_ack = self.fast = self.flagged = False
 
     def _start_receiving(self) -> None:
         """The bit just sampled is an SOF."""
         self._begin_frame()
-        self.transmitting = False
-        self.sof_seen = False
+        self.transmitting = self.sof_seen = False
         self.state = _FRAME
         self._frame_bit(0)
 

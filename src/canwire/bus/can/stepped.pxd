@@ -10,8 +10,9 @@ cdef long long _ACK_SLOT_TO_EOF_END, _INTERMISSION
 cdef class SteppedFrame:
     cdef public unsigned long long start_ns
     cdef public long long lead_ps, end_ps
-    cdef public Node sender, first
-    cdef public Mailbox box
+    cdef readonly Node sender
+    cdef public Node first
+    cdef readonly Mailbox box
     cdef public bint over
 
     cdef int take(self, unsigned long long start_ns, long long lead_ps, long long end_ps, Node sender, Mailbox box) except -1

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
 
 bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and gets a call,

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The SJA1000 CAN controller, register by register: BasicCAN and PeliCAN.
 
 The map is data (register_map.py), and a table (cells.py) gives the byte at each address. This file has the effects of
@@ -249,7 +250,7 @@ class Sja1000(Modes):
             self.bus.interrupt()  # down to the bit, to know whether it is still in arbitration
             if self.offer is not offer:
                 return
-            if self.bus.activity(self) == _SENDING:
+            if self.bus is not None and self.bus.activity(self) == _SENDING:
                 offer.single_shot = True
                 return
         self._give_up()

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The SJA1000's receive FIFO: 64 bytes of RAM as a ring, one message after the other.
 
 Source: data sheet 6.2.4, 6.3.8, 6.4.14 to 6.4.18; reference/sja1000.md section 8.

@@ -18,17 +18,18 @@ cdef int _BASIC_WARNING_LIMIT, _BUS_OFF_LIMIT, _BUS_OFF_TXERR
 cdef unsigned int _EXTENDED_INFO, _REMOTE_INFO
 
 cdef class BusSide(Node):
-    cdef public bytearray cells
-    cdef public Interrupts interrupts
-    cdef public ReceiveFifo fifo
-    cdef public AcceptanceFilter filter
-    cdef public Confinement confinement
+    cdef readonly bytearray cells
+    cdef readonly Interrupts interrupts
+    cdef readonly ReceiveFifo fifo
+    cdef readonly AcceptanceFilter filter
+    cdef readonly Confinement confinement
     cdef public bint pelican, bus_off
     cdef public unsigned long long frames_sent, errors
     cdef Mailbox _box, _spare
     cdef bint _self_reception, _alc_free, _ecc_free
     cdef int _inside
 
+    cdef int _take_parts(self) except -1
     @cython.locals(status=int)
     cdef void _take_in(self, unsigned long long *words) except *
     cdef int _capture(self, int code) except -1

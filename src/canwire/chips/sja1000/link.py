@@ -74,25 +74,29 @@ class BusSide(Node):
     bus-off `bus_off` is True and its TEC is what TXERR shows.
     """
 
+    def __cinit__(self, *_: object, **__: object) -> None:
+        """Compiled: nothing that C reads is None, not even in what was never initialised."""
+        self._take_parts()
+
     def __init__(self) -> None:
         super().__init__()
         self.attentive = self.validates_early = True
+        self._take_parts()
+        self.pelican = self.bus_off = False
+        self.frames_sent = self.errors = 0
+        self._self_reception = False
+        self._alc_free = self._ecc_free = True
+        self._inside = 0  # the bus is calling: an offer needs no `poll`
+
+    def _take_parts(self) -> None:
         self.cells = bytearray(CELLS)
         self.cells[ONES] = 0xFF
         self.interrupts = Interrupts()
         self.fifo = ReceiveFifo(self.cells)
         self.filter = AcceptanceFilter()
         self.confinement = Confinement()
-        self.pelican = False
-        self.bus_off = False
-        self.frames_sent = 0
-        self.errors = 0
         self._box = Mailbox()
         self._spare = Mailbox()  # so that a newly loaded frame is never taken for the one on the wire
-        self._self_reception = False
-        self._alc_free = True
-        self._ecc_free = True
-        self._inside = 0  # the bus is calling: an offer needs no `poll`
 
     # the bus's calls
 

@@ -37,6 +37,10 @@ class Modes(BusSide):
     hardware reset leaves in CDR.
     """
 
+    def __cinit__(self, *_: object, **__: object) -> None:
+        """As BusSide's."""
+        self._reads, self._writes = _VIEWS[1]
+
     def __init__(self, oscillator_hz: int, power_up_cdr: int) -> None:
         super().__init__()
         self.oscillator_hz = oscillator_hz
