@@ -8,18 +8,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import (
-    CONFIRM,
-    CONFIRM_LOAD,
-    CanwireError,
-    ChannelMode,
-    EventKind,
-    FilterMode,
-    Siblings,
-)
+from canwire import CONFIRM, CONFIRM_LOAD, CanwireError, ChannelMode, EventKind, FilterMode, Siblings
 from canwire.candrv.constants import Win32Error
 from canwire.candrv.device.state import KIN
 from canwire.candrv.errors import CandrvError, translated
+from canwire.candrv.handle.elsewhere import until_known
 from canwire.candrv.handle.receiving import EVENTS, RECORD, Key, Receiver, Ticket
 from canwire.candrv.handle.waiting import WaitingRoom, timed_out
 
@@ -117,6 +110,11 @@ class Channel:
         if self.reading.fill():
             self.take()
 
+    def still_none(self) -> int:
+        """0 events, as long as any may come; raises what ended the channel. The caller holds the lock."""
+        with translated():
+            return int(self._until(lambda: False, self.room.deadline(0)))
+
     def until(self, ready: Callable[[], bool], timeout: float | None) -> bool:
         """Handle records until ready(), `timeout` seconds at most; raises the error that ended the channel."""
         return self._until(ready, self.room.deadline(timeout))
@@ -191,7 +189,9 @@ class Channel:
         assert ticket is not None
         self._register = ticket
         try:
-            if not self._until(lambda: ticket.done, deadline):
+            if deadline is None and self._hub.copies and not self._hub.timed:
+                until_known(ticket, self.receiver, self._opened(), self.until, self.look)
+            elif not self._until(lambda: ticket.done, deadline):
                 self._take_back(ticket)
         finally:
             self._register = None

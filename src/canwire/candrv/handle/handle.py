@@ -127,11 +127,11 @@ class Handle(Controls):
 
     @property
     def waiting(self) -> int:
-        """The number of events in the queue."""
+        """The number of events in the queue. If there are none, raises what ended the handle, such as a lost hub."""
         queue = self._queue if self._queue is not None else self._no_read()
         with self._channel.lock:
             self._look(self._channel)
-            return len(queue)
+            return len(queue) or self._channel.still_none()
 
     # messages
 

@@ -19,7 +19,6 @@ SCHEME = "zenoh://"
 REALM = "canwire"
 PORT = 7449
 ANYBODY = "anybody"  # the user of hubs without authentication
-RELAY_PORT = 7450  # of the hub's end of relays
 RELAYED = "relayed-"  # what the names of clients begin with that connect through a relay
 _EVERYWHERE = re.compile(r"^(\w+/)(?:0\.0\.0\.0|\[::\])(:\d+)")
 _WORD = re.compile(r"[A-Za-z0-9_.-]{1,64}")
