@@ -68,7 +68,7 @@ class Stretch:
         found = None
         for clock in clocks:
             if not clock.station.transmitting or clock.station.state != _FRAME:
-                continue  # `clock.station` has no name of its own here: C would count one more reference to it
+                continue  # a local name for `clock.station` would cost a reference count in C
             if found is None or clock.station.sent.key < found.station.sent.key:
                 found = clock
         return found
