@@ -67,7 +67,7 @@ def guards_in(message: Any, data: bytes) -> list[Guard]:
 
 
 def _guarded(message: Any, data: bytes) -> Iterator[tuple[Any, Profile, int, bytes]]:
-    """Yield each protected message, its profile, the index of its data, and the data; nothing if the container is cut."""
+    """Yield each protected message, its profile, the index of its data, and the data; nothing for a cut container."""
     parts: list[tuple[Any, bytes]] = [(message, data)]
     head = 4 if message.is_container else 0
     if message.is_container:

@@ -126,7 +126,7 @@ class CanFile:
         )
 
     def _is_longer(self, message: Any) -> bool:
-        """Whether the message must be a CAN FD frame because of its length; False if the file itself marks FD messages."""
+        """Whether the message must be a CAN FD frame because of its length; False if the file marks FD messages."""
         if "VFrameFormat" in (getattr(self._database.dbc, "attribute_definitions", None) or {}):
             return False
         return 8 < message.length <= 64 and not self._is_j1939(message)

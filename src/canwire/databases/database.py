@@ -144,8 +144,8 @@ class Database:
     def protections_of(self, frame: Frame) -> list[tuple[str, str, tuple[int, int] | None]]:
         """Check the protected messages in a frame, of which a container can have several.
 
-        Returns for each one its name, the fault of its checksum ("" for none), its counter (None if it is cut off) and the
-        number of counter values. Messages without protection are left out."""
+        Returns for each one its name, the fault of its checksum ("" for none), its counter (None if it is cut off), and
+        the number of counter values. Messages without protection are left out."""
         instance("frame", frame, Frame)
         message = None if frame.remote else self.message_of(frame)
         if message is None or not isinstance(self._file, CanFile):
