@@ -63,7 +63,7 @@ def merge_logs(
 
 
 class _Part:
-    """One log, read in batches. Until `ends_ns` its records are known, if the log is in order of time."""
+    """One log, read in batches; `shift_ns` is added to its times."""
 
     def __init__(
         self, log: Log, names: Mapping[str, str], only: Callable[[LogBatch], LogBatch] | None

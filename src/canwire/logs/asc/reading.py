@@ -73,9 +73,8 @@ class _Parser:
         return plain.changing(fields)
 
     def candidates(self, fields: Fields) -> Any:
-        """Select the lines that may be plain; none if data are decimal, if times are relative to the previous line, or
-        if the
-        times of the file are out of range."""
+        """Select the lines that may be plain; none if data are decimal, times relative to the previous line or out of
+        range."""
         usual = self._base == 16 and not self._relative and abs(self._zero_ns or 0) < 1 << 62
         return plain.candidates(fields) if usual else fields.count < 0
 
