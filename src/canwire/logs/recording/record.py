@@ -117,8 +117,8 @@ def _sources(
     epoch_ns: int,
     closing: ExitStack,
 ) -> list[Any]:
-    """Return the sources of the lines: all at once for names of shared lines, which are on one hub;
-    else one for each."""
+    """Return the sources of the lines: for names of shared lines, sources on one hub; otherwise one source for each
+    line."""
     if not lines:
         raise BadValue("no line to record")
     if all(isinstance(line, str) for line in lines):
