@@ -174,7 +174,7 @@ class LogWriter:
             self._beside.take_place()
 
     def _give_up(self) -> None:
-        """Close what is open; of a file beside the named one nothing is left."""
+        """Close the open files, and remove a temporary file that is not complete."""
         try:
             self._form.give_up()
             with suppress(OSError):  # a packed file has an end to write, and may not have the room
