@@ -108,7 +108,7 @@ class Generators:
                     self._begin(one, due_ns)
 
     def change(self, index: int, recipe: Recipe, *, active: bool) -> None:
-        """The new settings; its values begin at From."""
+        """Replace the recipe of a generator; its values restart at From."""
         with self._changed:
             one = self._one(index)
             one.recipe, one.step = recipe, 0
@@ -118,7 +118,7 @@ class Generators:
                 self.pause(index)
 
     def activate(self, index: int) -> None:
-        """Its next message is due immediately; a generator that is already active keeps its time."""
+        """Make the next message due immediately; a generator that is already active keeps its due time."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble = None, ""
@@ -126,7 +126,7 @@ class Generators:
                 self._begin(one, self._clock_ns())
 
     def pause(self, index: int) -> None:
-        """It keeps its values, and continues with them when it is activated again."""
+        """Pause a generator; it keeps its values, and continues with them when it is activated again."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble, one.active = None, "", False
@@ -142,7 +142,8 @@ class Generators:
                 self.pause(index)
 
     def fire(self) -> int | None:
-        """Send what is due; nanoseconds until the next message is, None while all are paused."""
+        """Send all due messages; returns nanoseconds until the next one is due, None while all
+        generators are paused."""
         with self._changed:
             if self._next() is None:
                 return None

@@ -63,7 +63,7 @@ class OpenedLog:
         self._begun.wait(timeout_s)
 
     def kind_of(self, channel: str) -> str:
-        """Return "LIN" for a channel on which LIN entries were found so far, else "CAN", without the quotes."""
+        """Return "LIN" for a channel on which LIN entries were found so far, else "CAN"."""
         return "LIN" if self.channels.index(channel) in self._lin else "CAN"
 
     def want(self, viewer: object, addresses: Collection[str]) -> None:

@@ -165,7 +165,7 @@ class Language:
 
 
 def directed(test: Test | None, *, sent: bool) -> Test:
-    """Select rows that pass the test and were sent, or were received; rows that are no frames pass in any case."""
+    """Select rows that pass the test and were sent (or received); rows that are no frames need only pass the test."""
     direction: Test = lambda rows: ~is_frame(rows) | (is_sent(rows) == sent)  # noqa: E731
     return direction if test is None else _all([test, direction])
 
