@@ -30,9 +30,8 @@ def changing(fields: Fields) -> Any:
 
 
 def records(fields: Fields, those: Any, zero_ns: int) -> tuple[numpy.ndarray, Any, Any]:
-    """Return records of data frames with hex data, with times relative to `zero_ns`; a mask of the lines that really
-    are
-    such frames; and the channels' numbers."""
+    """Return records of data frames with hex data, with times relative to `zero_ns`; a mask of the lines that
+    really are such frames; and the channels' numbers."""
     numpy = load_numpy()
     found = numpy.zeros(len(those), log_dtype())
     time_ns, good = fields.at(_TIME, those).nanoseconds(9)

@@ -31,9 +31,8 @@ _NOT_PLUGGED_IN = "trace.not-plugged-in"
 
 
 class Watched(NamedTuple):
-    """A line in the trace; `number` is its number in rows, -1 if it was never recorded. `trouble` is the reason why
-    nothing
-    is received from it now: the key of a text or a message of the hub, "" if there is no problem."""
+    """A line in the trace; `number` is its number in rows, -1 if it was never recorded. `trouble` is the reason
+    why nothing is received from it now: the key of a text or a message of the hub, "" if there is no problem."""
 
     number: int
     address: str

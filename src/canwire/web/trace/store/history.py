@@ -79,7 +79,7 @@ class History:
             grown()
 
     def read(self, begin: int, end: int) -> numpy.ndarray:
-        """Return the rows with numbers from `begin` up to `end`, as far as they exist."""
+        """Return the rows with numbers from `begin` up to `end`; removed or future rows are left out."""
         with self._lock:
             begin, end = max(begin, self.first), min(end, self.total)
             kept = max(0, self.total - self._memory)
