@@ -56,5 +56,5 @@ def play_batch(script: Script, batch: Batch, rules: Rules, version: str = __vers
 
 @lru_cache(maxsize=4)
 def loaded(script: Script) -> Campaign:
-    """The campaign, once in each process."""
+    """Load the campaign; each process loads it only once."""
     return script.load()

@@ -83,7 +83,7 @@ class Change:
 
 
 def _like(name: str, value: Value, own: Value) -> Value:
-    """`value`, of the type that `own` has if it is text."""
+    """Convert `value`, if it is text, to the type of `own`."""
     if not isinstance(value, str) or isinstance(own, str):
         return value
     if isinstance(own, bool):

@@ -82,5 +82,5 @@ def _played(
 
 
 def _reason(error: Exception) -> str:
-    """Dask's last sentence."""
+    """Return the last line of Dask's error message."""
     return (str(error).strip().splitlines() or ["no answer"])[-1]

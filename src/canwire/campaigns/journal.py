@@ -54,7 +54,7 @@ class Journal:
             self.path.unlink(missing_ok=True)
 
     def _lock(self) -> None:
-        """Windows has no such lock: two programs at one journal are not refused there."""
+        """Lock the file against other programs; on Windows it is not locked, so two programs could use one journal."""
         if sys.platform == "win32":
             return
         import fcntl

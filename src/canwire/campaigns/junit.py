@@ -87,5 +87,5 @@ def _add(suite: Element, played: Played, run: CampaignRun) -> None:
 
 
 def _legal(text: str) -> str:
-    """Characters that no XML may have, not even escaped, as Python writes them."""
+    """Replace characters that are not allowed in XML, even escaped, by Python escape sequences."""
     return _OUTSIDE_XML.sub(lambda found: found.group().encode("unicode_escape").decode(), text)

@@ -26,7 +26,7 @@ from canwire.values.frame import Frame
 
 
 class _Left(Exception):
-    """The campaign has ended, or its process has."""
+    """The campaign's process has closed its connection, or has ended."""
 
 
 def keep(orders: Connection, script: Script, rules: Rules) -> None:
@@ -125,7 +125,7 @@ class _Keeper:
         return player.end() if player else ""
 
     def close(self) -> None:
-        """No player is left."""
+        """End the player and the spare player."""
         self._end_player()
         if self._spare is not None:
             self._spare.end()

@@ -1,4 +1,4 @@
-"""The time that a run may take: it is ended in the thread that plays it, or else its process is."""
+"""Limits the time of a run, by an exception in its thread or by the end of its process."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ MOST_S = 1e6
 
 
 class TooLong(BaseException):
-    """Raised in a run that has taken longer than it may. No Exception: scripts catch those."""
+    """Raised in a run that exceeds its time limit. It is no Exception, because scripts catch those."""
 
 
 def limit_of(seconds: float | None) -> float | None:
-    """Seconds a run may take, 0.001 to 1,000,000, None: any; raises BadValue."""
+    """Return a valid time limit: 0.001 to 1,000,000 seconds for each run, or None for no limit. Raises BadValue."""
     if seconds is not None and not 0.001 <= seconds <= MOST_S:
         raise BadValue(f"time limit {seconds}: 0.001 to 1,000,000 seconds for each run")
     return seconds
@@ -27,11 +27,10 @@ def limit_of(seconds: float | None) -> float | None:
 
 @contextlib.contextmanager
 def at_most(limit_s: float | None) -> Iterator[None]:
-    """What runs in this thread is ended by TooLong after so many seconds (None: never).
+    """Raise TooLong in this thread if the `with` block takes longer than `limit_s` seconds (None: no limit).
 
-    That comes between two steps of Python: compiled code that never returns to it is not ended, which is what
-    `process_at_most` is for.
-    """
+    The exception is raised between two bytecodes of Python, so it does not end compiled code that never returns;
+    `process_at_most` does."""
     if limit_s is None:
         yield
         return
@@ -41,7 +40,7 @@ def at_most(limit_s: float | None) -> Iterator[None]:
 
 @contextlib.contextmanager
 def process_at_most(limit_s: float | None, grace_s: float = GRACE_S) -> Iterator[None]:
-    """This process ends if what runs in it is not over after so many seconds and `grace_s` (None: never)."""
+    """End this process if the `with` block takes longer than `limit_s` + `grace_s` seconds (None: no limit)."""
     if limit_s is None:
         yield
         return

@@ -48,7 +48,7 @@ def _summary(played: Played, runs: Sequence[CampaignRun]) -> str:
 
 
 def _failures(played: Played, runs: Sequence[CampaignRun]) -> list[str]:
-    """The first run of each reason, with the command that repeats it."""
+    """List the first run of each failure reason, with the command that repeats it."""
     reasons = Counter((run.verdict, run.reason) for run in runs if not run.passed)
     first = {(run.verdict, run.reason): run for run in reversed(runs)}
     found = []
@@ -71,7 +71,7 @@ def _failures(played: Played, runs: Sequence[CampaignRun]) -> list[str]:
 
 
 def _picture(parameter: Parameter) -> str:
-    """A bar for each class of values: what passed and what did not."""
+    """Draw a bar for each class of a parameter's values: its runs, divided into passed and failed."""
     rows = []
     for place, (label, runs, failed) in enumerate(parameter.shares):
         width, y = round((_WIDTH - _LEFT - 120) * failed / runs), place * _ROW
@@ -110,7 +110,7 @@ def _map(across: Parameter, down: Parameter, runs: Sequence[CampaignRun]) -> str
 
 
 def _durations(runs: Sequence[CampaignRun]) -> str:
-    """How many runs took how long."""
+    """Draw a histogram of the durations of the runs."""
     longest = max(run.wall_s for run in runs) or 1.0
     bars = Counter(min(_BARS - 1, int(run.wall_s / longest * _BARS)) for run in runs)
     step, most = _WIDTH / _BARS, max(bars.values())

@@ -171,7 +171,7 @@ def crashed(campaign: Campaign, order: Order, seed: int, output: str = "") -> Ca
 
 
 def _beginning(campaign: Campaign, order: Order, seed: int) -> tuple[int, dict[str, Value]]:
-    """Its own seed and its parameters."""
+    """Return the run's seed and parameters."""
     own_seed = campaign.seed_of(order.number, seed)
     own = campaign.space.at(order.number, own_seed)
     return own_seed, own if order.change is None else order.change.parameters(own)
@@ -214,7 +214,7 @@ def _play(campaign: Campaign, order: Order, seed: int, log: list[str] | None) ->
 
 
 def _place(campaign: Campaign, trace: TracebackType | None) -> str:
-    """The innermost line of the campaign's own file."""
+    """Return the innermost line of the campaign's file in the traceback."""
     path, found = campaign.path, ""
     for frame, line in traceback.walk_tb(trace):
         if frame.f_code.co_filename == path:
@@ -223,7 +223,7 @@ def _place(campaign: Campaign, trace: TracebackType | None) -> str:
 
 
 def _place_of_crash(campaign: Campaign, output: str) -> str:
-    """From the output of faulthandler, which begins with the innermost line."""
+    """Return the line of the campaign's file in the output of faulthandler, which lists the innermost line first."""
     for path, line, name in _FAULT.findall(output):
         if path == campaign.path:
             return f"crash in {name}, line {line} of {os.path.basename(path)}"
@@ -231,7 +231,7 @@ def _place_of_crash(campaign: Campaign, output: str) -> str:
 
 
 def _judged(error: BaseException) -> tuple[str, str]:
-    """Verdict and reason."""
+    """Return the verdict and the reason for an exception."""
     kind = type(error)
     try:
         words = str(error).strip() or "no reason given"
@@ -243,7 +243,7 @@ def _judged(error: BaseException) -> tuple[str, str]:
 
 
 def _failed_pytest(kind: type[BaseException]) -> bool:
-    """Whether it comes from `pytest.fail`. Compares names, because pytest may not be installed."""
+    """Whether the exception comes from `pytest.fail`. Compares names, because pytest may not be installed."""
     return kind.__name__ == "Failed" and any(base.__module__ == "_pytest.outcomes" for base in kind.__mro__)
 
 

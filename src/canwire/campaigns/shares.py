@@ -53,7 +53,7 @@ def _parameter(name: str, runs: Sequence[CampaignRun]) -> Parameter:
 
 
 def _classes(values: list[Value]) -> tuple[list[str], list[int]]:
-    """Each value for itself where there are few of them, else numbers in ranges that hold equally many runs."""
+    """Return the classes: one for each value if there are few values, else ranges that contain equally many runs."""
     numbers = [float(one) for one in values if isinstance(one, int | float)]
     if len(numbers) == len(values) and len(set(values)) > _MOST_CLASSES:
         ordered = sorted(numbers)

@@ -1,4 +1,4 @@
-"""Batches on this machine's processes: one keeper each, which starts another player where a run ends its process."""
+"""Plays batches in processes of this machine: one keeper each, which starts another player if a run ends its player."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ _PROFILES = {_IDS_OF_2: Profile(2, 1, 15), _IDS_OF_5: Profile(5, 2, 255)}
 
 
 def profile_of(message: Any) -> Profile | None:
-    """The protection of cantools' message; None if it has none, or one that cantools does not support."""
+    """Return the profile that protects cantools' message; None without one, or if cantools does not support it."""
     e2e = None if message.autosar is None else message.autosar.e2e
     if e2e is None or not e2e.data_ids:
         return None
@@ -45,10 +45,9 @@ def profile_of(message: Any) -> Profile | None:
 
 
 def protected(message: Any, data: bytes, count: int) -> bytes:
-    """The data with this counter and its checksum; in a container, for each protected message.
+    """Return the data with this counter and its checksum; in a container, each protected message gets them.
 
-    Raises BadDescription if they do not fit.
-    """
+    Raises BadDescription if they do not fit."""
     made = bytearray(data)
     for held, profile, at, part in _guarded(message, data):
         made[at : at + len(part)] = _counted(held, profile, part, count)
@@ -56,7 +55,7 @@ def protected(message: Any, data: bytes, count: int) -> bytes:
 
 
 def guards_in(message: Any, data: bytes) -> list[Guard]:
-    """The results of the checksums: of the message, or of the messages in a container."""
+    """Check the checksum of the message, or of each protected message in a container."""
     return [
         Guard(
             held.name,
@@ -68,7 +67,7 @@ def guards_in(message: Any, data: bytes) -> list[Guard]:
 
 
 def _guarded(message: Any, data: bytes) -> Iterator[tuple[Any, Profile, int, bytes]]:
-    """Messages with a profile, where their data begin, and these; none in a container that is cut."""
+    """Yield each protected message, its profile, the index of its data, and the data; nothing for a cut container."""
     parts: list[tuple[Any, bytes]] = [(message, data)]
     head = 4 if message.is_container else 0
     if message.is_container:
@@ -104,10 +103,9 @@ def _fault_of(message: Any, profile: Profile, data: bytes) -> str:
 
 
 def contents_of(message: Any, data: bytes) -> Iterator[tuple[Any, bytes]]:
-    """Each message in a container, and its data; a message that the file does not know is given as its number.
+    """Yield each message in a container, and its data; a message that the file does not define is given as its number.
 
-    Raises cantools' DecodeError for a container that does not end where it says.
-    """
+    Raises cantools' DecodeError if the container's length fields do not match its data."""
     for held, part in message.unpack_container(data):
         if part or not isinstance(held, int):  # zeros behind the last one fill the frame
             yield held, bytes(part)

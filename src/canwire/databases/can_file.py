@@ -49,11 +49,11 @@ class CanFile:
         self._readings = {name: _readings(message) for name, message in self._by_name.items()}
 
     def pack(self, name: str, values: Mapping[str, Value]) -> bytes:
-        """The data of a message with these values, which must be complete and in range."""
+        """Return the data of a message with these values, which must be complete and in range."""
         return bytes(self._by_name[name].encode(dict(values), strict=False))
 
     def unpack(self, name: str, data: bytes) -> tuple[Decoded, str]:
-        """The signals in the data, and a text: why there are none, or which do not fit into the message."""
+        """Return the signals in the data, and a text: why there are none, or which do not fit into the message."""
         if name in self._untidy:
             raws, problem = read_one_by_one(self._untidy[name], data)
             return {
@@ -64,7 +64,7 @@ class CanFile:
     def unpack_container(
         self, name: str, data: bytes
     ) -> tuple[list[tuple[MessageDescription, Decoded, str]], str]:
-        """The messages in a container, each as from `unpack`, and a text: why some are missing."""
+        """Return the messages in a container, each as from `unpack`, and a text: why some are missing."""
         held = {one.name: one for one in self._described(name).contained}
         found, unknown = [], []
         try:
@@ -78,7 +78,7 @@ class CanFile:
         return found, f"unknown messages in it: {', '.join(unknown)}" if unknown else ""
 
     def pack_container(self, name: str, parts: Sequence[tuple[str, Mapping[str, Value]]]) -> bytes:
-        """The data of a container with these messages, whose values are in range. Raises BadValue if too long."""
+        """Return the data of a container with these messages, with values in range. Raises BadValue if too long."""
         container = self._by_name[name]
         by_name = {one.name: one for one in container.contained_messages}
         data = b"".join(
@@ -93,11 +93,11 @@ class CanFile:
         return data
 
     def protect(self, name: str, data: bytes, count: int) -> bytes:
-        """The data with counter and checksum, if the message or messages in it have them; else unchanged."""
+        """Return the data with counter and checksum if the file requires them; otherwise unchanged."""
         return protected(self._by_name[name], data, count)
 
     def guards_in(self, name: str, data: bytes) -> list[Guard]:
-        """The checksums and counters of the message, or of the messages in it."""
+        """Return the checksum faults and counters of the message, or of the messages in the container."""
         return guards_in(self._by_name[name], data)
 
     def _described(self, name: str) -> MessageDescription:
@@ -126,7 +126,7 @@ class CanFile:
         )
 
     def _is_longer(self, message: Any) -> bool:
-        """Whether it can only be a frame of CAN FD, in a file that does not say which messages are such frames."""
+        """Whether the message must be a CAN FD frame because of its length; False if the file marks FD messages."""
         if "VFrameFormat" in (getattr(self._database.dbc, "attribute_definitions", None) or {}):
             return False
         return 8 < message.length <= 64 and not self._is_j1939(message)
@@ -137,7 +137,7 @@ class CanFile:
         return self._j1939 and bool(message.is_extended_frame)
 
     def _has_bit_rate_switch(self, message: Any) -> bool:
-        """What CANFD_BRS says; where a file does not have it, FD frames have the switch."""
+        """Whether CANFD_BRS sets the message's bit rate switch; True if the file does not define that attribute."""
         if not self._brs_told:
             return True
         told = message.dbc.attributes.get("CANFD_BRS")
@@ -182,13 +182,13 @@ def _unpacked(message: Any, readings: Mapping[str, tuple[Any, Any]], data: bytes
 
 
 def _follows(message: Any) -> bool:
-    """Whether cantools knows each multiplexer that a signal names, and each of them chooses signals."""
+    """Whether cantools knows each multiplexer that a signal refers to, and each multiplexer selects signals."""
     named = {signal.multiplexer_signal for signal in message.signals} - {None}
     return named == {signal.name for signal in message.signals if signal.is_multiplexer}
 
 
 def _is_tidy(message: Any) -> bool:
-    """Its signals fit into it, and do not overlap."""
+    """Whether all signals fit into the message and do not overlap."""
     try:
         message.refresh(strict=True)
     except import_module("cantools").database.Error:
@@ -198,7 +198,7 @@ def _is_tidy(message: Any) -> bool:
 
 
 def _distinct(messages: Sequence[Any]) -> list[str]:
-    """A name for each: its own, or with its identifier in hex where several messages have the same."""
+    """Return a unique name for each message: its name, with its identifier in hex if several have the same name."""
     counts = Counter(message.name for message in messages)
     names: list[str] = []
     for message in messages:
@@ -211,7 +211,7 @@ def _distinct(messages: Sequence[Any]) -> list[str]:
 
 
 def _multiplexer(signal: Any, message: Any) -> str:
-    """The multiplexer's name as the message has it: cantools gives the short one of a signal that has a long name."""
+    """Return the multiplexer's name as it is in the message; for a long name cantools gives the short one."""
     told = signal.multiplexer_signal
     if not told or any(one.name == told for one in message.signals):
         return told or ""
@@ -221,7 +221,7 @@ def _multiplexer(signal: Any, message: Any) -> str:
 
 
 def _readings(message: Any) -> dict[str, tuple[Any, Any]]:
-    """By signal what makes a value of its bits, and the texts of them, None for a signal without."""
+    """Return by signal the function from raw to physical values, and the texts of the values (None without texts)."""
     return {
         signal.name: (
             signal.conversion.raw_to_scaled,
@@ -236,7 +236,7 @@ def _told(scaled: Any, choices: Any, raw: Number) -> tuple[Number, str]:
 
 
 def _limits(signal: Any) -> tuple[float, float]:
-    """The least and the greatest value: those told, within what the bits can say."""
+    """Return the smallest and largest physical value: the file's limits, restricted to the range of the bits."""
     if signal.conversion.is_float:
         ends = [float("-inf"), float("inf")]
     else:
@@ -279,7 +279,7 @@ def _first_line(error: Exception) -> str:
 
 
 def frame_of(message: MessageDescription, id: int, data: bytes) -> Frame:
-    """The frame with these data; those of CAN FD are filled with zeros up to a length that there is."""
+    """Return the frame with these data; CAN FD data are padded with zeros to the next valid length."""
     if message.fd:
         from canwire.values.dlc import FD_LENGTHS
 

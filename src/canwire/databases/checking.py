@@ -81,7 +81,7 @@ class MessageCheck:
         return "wrong checksum"
 
     def _finished(self, message: DecodedMessage, count: int) -> tuple[bytes, bool]:
-        """The data as the plug-ins would make them, and whether they see to this message at all."""
+        """Return the data as the plug-ins would finish them, and whether any plug-in changes this message."""
         outgoing = OutgoingMessage(self._codec, message.name, count, dict(message.signals), 0)
         seen = _Watched(outgoing.signals)
         outgoing.signals = seen
@@ -91,7 +91,7 @@ class MessageCheck:
 
 
 class _Watched(dict):  # type: ignore[type-arg]
-    """Signals, and whether a plug-in has set one."""
+    """A mapping of signals that records whether a plug-in has set one."""
 
     changed = False
 

@@ -66,7 +66,7 @@ class SignalColumns:
 def decode_columns(
     records: numpy.ndarray, messages: Sequence[MessageDescription], matching: Matching
 ) -> dict[str, SignalColumns]:
-    """Those of `record_dtype()` records that are data frames of these messages, by the message's name."""
+    """Decode the `record_dtype()` records that are data frames of these messages; returns columns by message name."""
     numpy = load_numpy()
     check_dtype(records)
     records = numpy.ascontiguousarray(records)
@@ -91,10 +91,9 @@ def decode_columns(
 def decode_signal(
     records: numpy.ndarray, message: MessageDescription, name: str
 ) -> tuple[numpy.ndarray, numpy.ndarray | None, numpy.ndarray]:
-    """One signal of `record_dtype()` records that are all frames of this message: see SignalColumns.
+    """Decode one signal of `record_dtype()` records that are all frames of this message: see SignalColumns.
 
-    Its physical values, the frames that contain it (None: all), and its raw values.
-    """
+    Returns its physical values, the frames that contain it (None: all), and its raw values."""
     numpy = load_numpy()
     words = numpy.ascontiguousarray(records).view("<u8").reshape(len(records), 10)
     return _Group(message, numpy.arange(len(records)), words).column(name)
@@ -127,7 +126,7 @@ class _Group:
         )
 
     def column(self, name: str) -> tuple[numpy.ndarray, numpy.ndarray | None, numpy.ndarray]:
-        """One signal alone, with the multiplexers that decide on it."""
+        """Decode only this signal, with the multiplexers that select it."""
         signal = self._message.signals[name]
         self._read(signal)
         for other in self._message.signals.values():
@@ -137,7 +136,7 @@ class _Group:
         return scaled(signal, self._raw[name]), self._present[name], self._raw[name]
 
     def _read(self, signal: SignalDescription) -> None:
-        """Its bits, and where they are bits of it; a multiplexed one's multiplexer first."""
+        """Extract the signal's raw values, and which frames contain it; its multiplexer, if any, is read first."""
         if signal.name in self._raw:
             return
         present = self._long_enough(signal)
@@ -164,7 +163,7 @@ class _Group:
 
     @cached_property
     def _lengths(self) -> numpy.ndarray | None:
-        """Bytes of data, None where all frames have as many as the message."""
+        """Return the data lengths of the frames in bytes; None if all frames are as long as the message."""
         import numpy
 
         dlc = self._info >> DLC_SHIFT & 15

@@ -55,7 +55,7 @@ class Database:
         return self.messages[name]
 
     def _name_of(self, id: object) -> str:
-        """The way from an identifier to names, for an error."""
+        """Return the end of an error message that gives the message name for this identifier; "" if none has it."""
         found = next((name for name, message in self.messages.items() if message.id == id), "")
         return f"; {id:#x} is {found!r}" if found else ""
 
@@ -66,7 +66,7 @@ class Database:
         return [message for message in self.messages.values() if node in message.senders]
 
     def message_of(self, frame: Frame | LinFrame) -> MessageDescription | None:
-        """Which message a frame is: J1939 messages by their PGN, others by identifier and format."""
+        """Find the message of a frame: J1939 messages by their PGN, others by identifier and format."""
         if isinstance(frame, LinFrame):
             name = self._file.name_of(frame) if isinstance(self._file, LinFile) else None
             return None if name is None else self.messages[name]
@@ -142,10 +142,10 @@ class Database:
         )
 
     def protections_of(self, frame: Frame) -> list[tuple[str, str, tuple[int, int] | None]]:
-        """The message's name, what is wrong with its checksum, "" for nothing, its counter and of how many values.
+        """Check the protected messages in a frame, of which a container can have several.
 
-        So for each message in a container; nothing for messages without protection. A counter that is cut off is None.
-        """
+        Returns for each one its name, the fault of its checksum ("" for none), its counter (None if it is cut off), and
+        the number of counter values. Messages without protection are left out."""
         instance("frame", frame, Frame)
         message = None if frame.remote else self.message_of(frame)
         if message is None or not isinstance(self._file, CanFile):
@@ -245,10 +245,9 @@ class Database:
         return MessageCheck(self, plugins)
 
     def id_masks(self, *names: str) -> list[tuple[int, int, bool]]:
-        """(identifier, mask, extended) for each of these messages, as for filters: a mask bit of 1 must match.
+        """Return (identifier, mask, extended) for each of these messages, as for filters: a mask bit of 1 must match.
 
-        J1939 messages leave priority and source open. Raises BadValue.
-        """
+        The masks of J1939 messages ignore priority and source. Raises BadValue."""
         wanted = [self.message(name) for name in names]
         return [
             (message.id, match_mask(message) & (0x1FFF_FFFF if message.extended else 0x7FF), message.extended)

@@ -78,7 +78,7 @@ class ChannelEndpoint:
         return frame
 
     async def receive_async(self) -> AnyFrame | None:
-        """Waiting is a thread's, taking is not: a task that is cancelled takes nothing."""
+        """Wait in a thread, but read the frame in the event loop: a cancelled task removes no frame from the queue."""
         import asyncio
 
         while True:

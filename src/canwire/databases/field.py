@@ -41,7 +41,7 @@ class Words:
 
 
 def extract(signal: SignalDescription, words: Words) -> numpy.ndarray:
-    """Raw values: int64, uint64 where 64 unsigned bits are, float64 for floats, objects for more than 64 bits."""
+    """Return raw values: int64, uint64 for 64 unsigned bits, float64 for floats, objects for more than 64 bits."""
     import numpy
 
     if end_bit(signal) > _BITS:
@@ -81,7 +81,7 @@ def _fits(signal: SignalDescription, scale: int, offset: float) -> bool:
 
 
 def _little(signal: SignalDescription, words: Words) -> numpy.ndarray:
-    """Its bits, the lowest at 0, with others above."""
+    """Return the bits of a little-endian signal, the lowest at position 0; bits above the signal are still set."""
     import numpy
 
     number, shift = divmod(signal.start_bit, _WORD)
@@ -107,7 +107,7 @@ def end_bit(signal: SignalDescription) -> int:
 
 
 def _highest(signal: SignalDescription) -> int:
-    """The highest bit's place when bits count from the first byte's highest one."""
+    """Return the position of the signal's highest bit, counted from the highest bit of byte 0."""
     return 8 * (signal.start_bit // 8) + 7 - signal.start_bit % 8
 
 
@@ -117,7 +117,7 @@ def _floats(bits: numpy.ndarray, length: int) -> numpy.ndarray:
 
 
 def _wide(signal: SignalDescription, words: Words) -> numpy.ndarray:
-    """More than a word's bits, in Python's integers."""
+    """Return raw values of more than 64 bits as Python integers."""
     total: Any = 0
     for number in range(8):
         if signal.big_endian:

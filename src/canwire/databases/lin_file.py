@@ -24,7 +24,7 @@ class LinFile:
         return self.network.encode(name, values)  # type: ignore[arg-type]  # arrays are lists, here as there
 
     def name_of(self, frame: LinFrame) -> str | None:
-        """The message of a received frame, for an event-triggered one by its first byte; None if unknown."""
+        """Return the name of a received frame's message, by its first byte if event-triggered; None if unknown."""
         from canwire.errors import BadFrame
 
         try:
@@ -33,7 +33,7 @@ class LinFile:
             return None
 
     def unpack(self, frame: LinFrame) -> tuple[Decoded, str]:
-        """The signals, and a text: why there are none."""
+        """Return the signals, and a text: why there are none."""
         from canwire.errors import BadFrame
 
         try:

@@ -138,7 +138,7 @@ class Simulation:
         return f"<simulation of {self.node}: {self.summary()}>"
 
     def _turned(self, message: MessageDescription, now_ns: int) -> bool:
-        """Put its next cycle behind `now_ns`."""
+        """Move the next cycle of the message to a time after `now_ns`; cycles that are already over count as missed."""
         period_ns = max(1, round((message.cycle_s or 0) * _NS))
         late = (now_ns - self._next_ns.get(message.name, now_ns)) // period_ns
         self.missed += late

@@ -46,7 +46,7 @@ def chosen_signals(message: MessageDescription, given: Mapping[str, Value]) -> l
 def _check_multiplexers(
     message: MessageDescription, values: Mapping[str, Value], faults: dict[str, str]
 ) -> None:
-    """Their values choose signals: one that the file does not know leaves open what the frame would hold."""
+    """Check the values of multiplexers: a value that the file does not define leaves the frame's contents undefined."""
     for name, ids in message.selectors.items():
         value = values.get(name)
         if name in faults or not isinstance(value, int | float | str):
@@ -56,7 +56,7 @@ def _check_multiplexers(
 
 
 def fault_of(signal: SignalDescription, value: object) -> str:
-    """Why this value is wrong, "" if it is not."""
+    """Return why this value is wrong, "" if it is valid."""
     if isinstance(value, str):
         if value in signal.choices.values():
             return ""
@@ -96,7 +96,7 @@ def _value(
 
 
 def _nearest(signal: SignalDescription, value: Value) -> Value:
-    """A start value or a filling that the file's own range does not hold, as near as the range allows."""
+    """Return a start value or `fill`, limited to the signal's range if it is outside."""
     if isinstance(value, int | float) and not fault_of(signal, value):
         return value
     if isinstance(value, int | float):
@@ -105,7 +105,7 @@ def _nearest(signal: SignalDescription, value: Value) -> Value:
 
 
 def _implied(message: MessageDescription, given: Mapping[str, Value]) -> dict[str, Value]:
-    """Multiplexers that only one value is possible for, with all that was given."""
+    """Return the multiplexers for which the given signals leave only one possible value."""
     possible: dict[str, set[int]] = {}
     for name in given:
         signal = message.signals[name]
@@ -126,7 +126,7 @@ def _chosen(
     wanted: Mapping[str, Value],
     values: dict[str, Value],
 ) -> bool:
-    """Is the signal in the frame, by the values of its multiplexers?"""
+    """Whether the signal is in the frame, by the values of its multiplexers."""
     if not signal.multiplexer:
         return True
     decides = message.signals[signal.multiplexer]

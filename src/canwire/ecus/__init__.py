@@ -5,9 +5,9 @@
     with Client(canwire.ecus.UdsConnection(bus.node("tester"))) as client:      # udsoncan's
         client.read_data_by_identifier(0xF190)
 
-ISO-TP by can-isotp (`transport.py` has it run in the lab's time), UDS by udsoncan (`uds.py`, `connection.py`),
-CANopen by canopen (canopen/), J1939 by can-j1939 (j1939/). `bench.py` is what such libraries need of a node of the
-lab. Each library is asked for by the names that need it; canwire[protocols] has them all.
+ISO-TP uses can-isotp (`transport.py` runs it in the lab's time), UDS uses udsoncan (`uds.py`, `connection.py`),
+CANopen uses canopen (canopen/), and J1939 uses can-j1939 (j1939/). `bench.py` provides the services of a lab node that
+these libraries need. A library is imported only when a name that needs it is used; canwire[protocols] installs all.
 """
 
 from importlib import import_module

@@ -14,9 +14,10 @@ _NONSENSE = (struct.error, LookupError, TypeError, ValueError, RuntimeError)
 
 
 class LabFrames:
-    """Calls `take` with the frames of `node`, while the bus runs; remote frames are skipped.
+    """Calls `take` with the frames of `node` while the bus runs; remote frames are skipped.
 
-    `errors` has what `take` made of frames that make no sense, in order: a library's own listener would log it.
+    `errors` lists, in order, the exceptions that `take` raised for invalid frames; a library's own listener would log
+    them.
     """
 
     def __init__(self, node: LabNode, take: Callable[[Frame], None]) -> None:
@@ -56,7 +57,7 @@ class LabTask:
         self._send()
 
     def stop(self) -> None:
-        """A second call does nothing."""
+        """Stop sending; a second call does nothing."""
         self._periodic.cancel()
 
     def update(self, data: bytes) -> None:

@@ -11,9 +11,10 @@ from canwire.ecus.transport import LabIsoTp
 
 
 class UdsConnection(BaseConnection):
-    """For `udsoncan.client.Client`: requests go out of `node` with identifier `request`, `response` comes back.
+    """A connection for `udsoncan.client.Client`: `node` sends requests with identifier `request` and receives
+    `response`.
 
-    Times of the client (P2, P2*) pass in the lab; its overall `request_timeout` is of the wall clock.
+    Times of the client (P2, P2*) pass in the lab; its overall `request_timeout` counts the wall clock's time.
     """
 
     def __init__(self, node: LabNode, request: int = 0x7E0, response: int = 0x7E8) -> None:

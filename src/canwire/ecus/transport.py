@@ -52,10 +52,10 @@ class _LabLogic(TransportLayerLogic):
 
 
 class LabIsoTp:
-    """Messages of up to 4 GB through `node`; takes all its frames; `address` and `params` are can-isotp's.
+    """ISO-TP messages of up to 4 GB through `node`, whose frames are all used; `address` and `params` are can-isotp's.
 
-    `on_message` gets each message that is complete, within the bus's run; without it `receive` has them. `errors` are
-    can-isotp's own, in order: timeouts, wrong sequence numbers.
+    While the bus runs, `on_message` gets each complete message; without it, `receive` returns them. `errors` are
+    can-isotp's errors, in order: timeouts, wrong sequence numbers.
     """
 
     def __init__(
@@ -90,11 +90,11 @@ class LabIsoTp:
 
     @property
     def sending(self) -> bool:
-        """Whether a message is on its way, or waits."""
+        """Whether a message is being sent or waits to be sent."""
         return bool(self._logic.transmitting())
 
     def reset(self) -> None:
-        """Discard messages that are on their way, in both directions."""
+        """Discard unfinished messages in both directions."""
         self._logic.reset()
 
     def __repr__(self) -> str:

@@ -1,6 +1,6 @@
 """A small ECU with UDS: sessions, identifiers, security access, a flash download.
 
-Requests and responses are udsoncan's, messages can-isotp's; what is here is the behaviour of an ECU.
+Requests and responses use udsoncan, messages use can-isotp; this file contains the behaviour of an ECU.
 Source: ISO 14229-1:2020, 9 to 14; negative response codes in its annex A.
 """
 
@@ -47,10 +47,10 @@ def inverted(seed: bytes) -> bytes:
 class UdsEcu:
     """A node's behaviour: `bus.node("ecu", UdsEcu(identifiers={0xF190: b"..."}))`.
 
-    Each client reads `identifiers`; `writable` ones are written in the extended session once the ECU is unlocked.
-    `key` returns the right key for a seed. In the programming session, unlocked, `memory` (from `base` on) is written
-    by RequestDownload, TransferData and RequestTransferExit. `extended` are the bytes before requests and responses in
-    extended addressing. `session`, `unlocked`, `resets` are its state.
+    Any client can read `identifiers`; those in `writable` can be written in the extended session once the ECU is
+    unlocked. `key` returns the right key for a seed. In the programming session, once the ECU is unlocked, `memory`
+    (from address `base` on) is written by RequestDownload, TransferData and RequestTransferExit. `extended` are the
+    bytes before requests and responses in extended addressing. `session`, `unlocked` and `resets` are the ECU's state.
     """
 
     unlocked: bool
@@ -159,7 +159,7 @@ class UdsEcu:
         return told[:2]
 
     def _access(self, request: Request) -> bytes:
-        """Level 1: the client requests a seed (1), then sends its key (2)."""
+        """Security access, level 1: the client requests a seed (1), then sends its key (2)."""
         if self.session == _DEFAULT:
             raise Refused(Code.ServiceNotSupportedInActiveSession)
         if request.subfunction == 1:

@@ -186,7 +186,7 @@ class Lab(LabTime):
                 node.leave_to_parent()
 
     def _made(self, bus: BenchBus[Any, Any, Any]) -> None:
-        """Called with each new bus, for subclasses."""
+        """Called with each new bus; subclasses override it."""
 
     def _stalled(self) -> str | None:
         for bus in self.buses.values():

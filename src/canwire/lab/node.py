@@ -112,7 +112,7 @@ class BenchNode(Generic[FrameT, BusT]):
             self.time.active()
 
     def _leave(self) -> None:
-        """Leave the bus; the caller holds the timeline."""
+        """Leave the bus; the caller has stopped the timeline (`LabTime.touch`)."""
         raise NotImplementedError
 
     def _expect(self, wanted: Callable[[FrameT], bool], what: str, within: float) -> FrameT:

@@ -17,7 +17,7 @@ class Selection(Protocol):
     """
 
     def takes(self, kind: str, words: Callable[[], str]) -> bool:
-        """Whether the next one of this kind takes place; `words` returns its description."""
+        """Whether the next frame, fault or bit of this kind takes place; `words` returns its description."""
 
 
 def selected(selection: Selection | None, fault: ScriptedT, words: Callable[[], str]) -> ScriptedT:
@@ -28,7 +28,7 @@ def selected(selection: Selection | None, fault: ScriptedT, words: Callable[[], 
 
 
 def call(name: str, arguments: Mapping[str, object]) -> str:
-    """The text of a call, with those of its arguments that are not None; nodes by their names."""
+    """The text of a call, with the arguments that are not None; nodes are given by their names."""
     given = ", ".join(
         f"{key}={getattr(value, 'name', None) or value!r}"
         for key, value in arguments.items()

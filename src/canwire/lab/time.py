@@ -195,7 +195,7 @@ class LabTime:
         return _UNSHARED if self.pacer is None else self._locked(self.pacer)
 
     def advance(self, deadline_ns: int, ready: Callable[[], bool]) -> bool:
-        """Let time pass until `ready` or the deadline; nodes halt the timeline when something arrives."""
+        """Let time pass until `ready` returns a result, or until the deadline; nodes halt the timeline for arrivals."""
         if self.pacer is not None:
             return self.pacer.wait(ready, max(0.0, (deadline_ns - self.now_ns) / 1e9))
         if (

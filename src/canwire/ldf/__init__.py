@@ -6,7 +6,7 @@
     slave = bus.slave("window", **network.slave_options("window"))
     network.decode(master.expect(0x11, within=0.1))     # {"WindowPosition": 50.0, ...}
 
-Needs canwire[lin] (ldfparser, which nobody else here knows of). A description that does not parse raises
+Needs canwire[lin] (ldfparser, which only this folder uses). A description that cannot be parsed raises
 BadDescription.
 
 Source: LIN 2.2A 9 (configuration language); ldfparser 0.26.
@@ -241,7 +241,7 @@ class LinDescription:
         return self._parsed.get_master() if name == self.master else self._parsed.get_slave(name)
 
     def _slot(self, entry: Any) -> LinSlot:
-        """A schedule's entry; ldfparser has a class for each kind, and the delay in seconds."""
+        """Convert a schedule's entry to a slot; ldfparser has a class for each kind, and the delay in seconds."""
         delay_ns = round(entry.delay * _NS)
         kind = type(entry).__name__
         if kind == "MasterRequestEntry":

@@ -1,4 +1,4 @@
-"""Node_attributes of a LIN description: what a slave answers node configuration with.
+"""Node_attributes of a LIN description: the data with which a slave answers node configuration.
 
 Source: LIN 2.2A 9.2.2.2; ldfparser 0.26.
 """
@@ -14,7 +14,8 @@ _NS = 1_000_000_000
 
 
 def attributes_of(slave: Any) -> LinNodeAttributes | None:
-    """Those of ldfparser's slave; None for one of LIN 1.3, or without a product, which knows no configuration."""
+    """Return the attributes of ldfparser's slave; None for LIN 1.3 or without a product, which have
+    no configuration."""
     product, protocol = getattr(slave, "product_id", None), str(getattr(slave, "lin_protocol", ""))
     if product is None or protocol.startswith("1."):
         return None

@@ -12,9 +12,9 @@ from canwire.values.lin.frame import protected_id
 
 
 def command(kind: str, entry: Any) -> bytes:
-    """The data of the request; `entry` is one of ldfparser's, `kind` its class.
+    """Return the data of the request; `entry` is one of ldfparser's, `kind` the name of its class.
 
-    Raises BadDescription where the file does not say what the request needs.
+    Raises BadDescription if the file does not contain the data that the request needs.
     """
     nad: int = entry.node.configured_nad if hasattr(entry, "node") else 0
     if kind == "FreeFormatEntry":
@@ -36,7 +36,7 @@ def command(kind: str, entry: Any) -> bytes:
 
 
 def _pids(entry: Any) -> list[int]:
-    """Those of the entry, or where it leaves them out those that the file itself gives the frames."""
+    """Return the entry's protected identifiers; if it has none, those that the file gives the frames."""
     if entry.pids:
         return [*entry.pids, *[0xFF] * 4][:4]
     frames = entry.node.configurable_frames
@@ -45,7 +45,7 @@ def _pids(entry: Any) -> list[int]:
 
 
 def _assign_frame_id(kind: str, entry: Any, nad: int) -> bytes:
-    """LIN 2.0's command: supplier and message id, and the identifier to go with them (0x40: none)."""
+    """Return LIN 2.0's command: supplier, message id, and the protected identifier to assign (0x40: none)."""
     frames = {frame.name: number for number, frame in entry.node.configurable_frames.items()}
     message = frames.get(entry.frame.name)
     if (

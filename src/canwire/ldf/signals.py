@@ -1,4 +1,4 @@
-"""Signals of a LIN description: where they stand in their frames, and what the file's encodings make of them.
+"""Signals of a LIN description: their places in frames, and their values by the file's encodings.
 
 Source: LIN 2.2A 9.2.6; ldfparser 0.26.
 """
@@ -14,10 +14,10 @@ Value = int | float | str
 
 @dataclass(frozen=True, slots=True)
 class LinSignal:
-    """A signal in its frame: its place in bits, and what the file's encoding makes of it.
+    """A signal in its frame: its place in bits, and its encoding in the file.
 
-    `scale`, `offset` and the ends are those of its first physical range; without one, of the bits. `texts` are by raw
-    value. `start` is what `decode` would show of the initial value.
+    `scale`, `offset` and the limits are those of its first physical range; without a range, those of the raw bits.
+    `texts` are by raw value. `start` is the initial value in the form that `decode` returns.
     """
 
     name: str

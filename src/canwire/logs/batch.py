@@ -2,7 +2,7 @@
 
 A record of `log_dtype()` is a record of a ring (values/record.py: time_ns, id, info, data[64]) followed by
 `channel`, an index into the batch's names, `kind`, a LogKind, and `direction`, 0 unknown, 1 received, 2 transmitted.
-A MARK has its MarkKind as `id`, and in `data` the count (8 bytes), both bit rates (4 bytes each) and the text.
+A MARK has its MarkKind as `id`; its `data` contain the count (8 bytes), both bit rates (4 bytes each) and the text.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class LogBatch:
         return len(self.records)
 
     def __iter__(self) -> Iterator[LogEntry]:
-        """The entries one by one; raises BadValue or BadFrame for a record that holds none that could be."""
+        """Yield the entries one by one; raises BadValue or BadFrame for an invalid record."""
         block, size = self.records.tobytes(), LOG_RECORD_SIZE
         for at in range(0, len(block), size):
             yield entry_of(block[at : at + size], self.channels)
@@ -85,7 +85,7 @@ def batch_of(entries: Iterable[LogEntry], channels: list[str]) -> LogBatch:
 
 
 def record_of(entry: LogEntry, channel: int) -> bytes:
-    """The 88 bytes of an entry whose channel has this number."""
+    """Return the 88 bytes of an entry whose channel has this number."""
     content = entry.content
     pack = _PACKING.get(type(content))
     if pack is None:
@@ -98,7 +98,7 @@ def record_of(entry: LogEntry, channel: int) -> bytes:
 
 
 def entry_of(record: bytes, channels: list[str]) -> LogEntry:
-    """The entry in 88 bytes; raises BadValue for bytes that are no entry."""
+    """Return the entry in 88 bytes; raises BadValue for bytes that are no entry."""
     channel, kind, direction = _TAIL.unpack_from(record, RECORD_SIZE)
     content = _UNPACKING[kind](record[:RECORD_SIZE])
     return LogEntry(content.timestamp_ns, channels[channel], content, DIRECTIONS[direction])
@@ -141,7 +141,7 @@ def renumbered(batch: LogBatch, channels: list[str]) -> numpy.ndarray:
 
 
 def in_time(records: numpy.ndarray) -> numpy.ndarray:
-    """The records in the order of their time stamps; equal ones stay as they were."""
+    """Return the records in the order of their time stamps; records with equal stamps keep their order."""
     found: numpy.ndarray = records[load_numpy().argsort(records["time_ns"], kind="stable")]
     return found
 

@@ -56,6 +56,6 @@ class Beside:
 
 
 def _name_beside(path: str) -> str:
-    """One that no other process and no other log of this one takes."""
+    """Return a name that no other process uses, and no other log of this process."""
     stem, suffix = os.path.splitext(path)
     return f"{stem}.new-{os.getpid()}-{next(_numbers)}{suffix}"

@@ -42,7 +42,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 class _Parser:
-    """One file's lines."""
+    """Parses the lines of one file."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -53,7 +53,7 @@ class _Parser:
         self._latest_ns = 0
 
     def entry(self, line: str) -> LogEntry | None:
-        """The line's entry; raises BadText, BadFrame, ValueError for one that is wrong."""
+        """Return the entry of this line; raises BadText, BadFrame, ValueError for an invalid line."""
         if line.startswith("***"):
             self._head(line)
             return None

@@ -44,7 +44,8 @@ def _entries(source: Source) -> Iterator[LogEntry]:
 
 
 def _lines(source: Source) -> Iterator[bytes]:
-    """An empty line more, where a line's end of two bytes lies across two blocks, says nothing."""
+    """Yield the lines of the file. A two-byte end of line across two blocks yields an extra empty line, which is
+    ignored."""
     left = b""
     while block := source.file.read(source.limits.line_bytes):
         *lines, left = _END.split(left + block)
@@ -53,13 +54,13 @@ def _lines(source: Source) -> Iterator[bytes]:
 
 
 class _Parser:
-    """One file's lines."""
+    """Parses the lines of one file."""
 
     def __init__(self) -> None:
         self._unit_ns = 1000
 
     def entry(self, line: str) -> LogEntry | None:
-        """The line's entry; raises BadText, BadFrame, ValueError for one that is wrong."""
+        """Return the entry of this line; raises BadText, BadFrame, ValueError for an invalid line."""
         if head := _HEAD.match(line.upper()):
             self._unit_ns = 1_000_000 if int(head[1]) <= 2 else 1000
             return None

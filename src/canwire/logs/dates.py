@@ -12,7 +12,7 @@ _MICROSECOND = timedelta(microseconds=1)
 
 
 def ns_of(moment: datetime) -> int:
-    """Nanoseconds since 1970; a moment without a zone is local time, where the system has none that of January 1970."""
+    """Return nanoseconds since 1970. A moment without a zone is local time, by the offset of January 1970 if needed."""
     try:
         since = moment.astimezone(UTC) - _EPOCH
     except OSError:  # Windows: local time begins in 1970 and ends in 3000
@@ -21,7 +21,7 @@ def ns_of(moment: datetime) -> int:
 
 
 def local(time_ns: int) -> datetime:
-    """The local time, to the microsecond."""
+    """Return the local time, to the microsecond."""
     return (_EPOCH + timedelta(microseconds=time_ns // 1000)).astimezone()
 
 
@@ -31,7 +31,7 @@ def ole_days(time_ns: int) -> float:
 
 
 def ns_of_ole(days: float) -> int:
-    """Nanoseconds since 1970, of local days since the end of 1899; raises OverflowError, ValueError."""
+    """Return nanoseconds since 1970, from local days since the end of 1899; raises OverflowError, ValueError."""
     return ns_of(_OLE_ZERO + timedelta(days=days))
 
 

@@ -19,8 +19,8 @@ _AT_ONCE = 1 << 20  # bytes
 class FormWriter:
     """Writes records into one file, in one format; LogWriter passes the records and reports errors.
 
-    `channels` are the names that records count, `dated`, `start_ns` and `clock` as in `create_log`, `count` the entries
-    that are in the file, `left_out` what it cannot hold.
+    The channel numbers of records index `channels`; `dated`, `start_ns` and `clock` are as in `create_log`. `count` is
+    the number of entries in the file; `left_out` counts the data that the format cannot hold.
     """
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
@@ -47,7 +47,8 @@ class FormWriter:
         """Write the beginning of the file."""
 
     def put(self, records: numpy.ndarray) -> None:
-        """Write records of `log_dtype()`, all of kinds that it `holds`, their channels counted by `self.channels`."""
+        """Write records of `log_dtype()`, all of kinds that the format `holds`; their channels
+        index `self.channels`."""
         raise NotImplementedError
 
     def sync(self) -> None:
@@ -57,11 +58,11 @@ class FormWriter:
             self.file.flush()
 
     def grown(self) -> int:
-        """Bytes of the file that grows."""
+        """Return the size of the growing file in bytes."""
         return os.path.getsize(self.path) if os.path.exists(self.path) else 0
 
     def turn(self) -> bool:
-        """Begin the next file, where a log is a folder of them; False where it is one file."""
+        """Begin the next file of a log that is a folder of files; returns False for a log that is one file."""
         return False
 
     def end(self) -> None:
@@ -105,7 +106,7 @@ class FormWriter:
 
 
 def write_all(file: BinaryIO, block: bytes) -> None:
-    """All of it, where a raw file takes a part at a time."""
+    """Write the whole block: a raw file may write only a part of it in each call."""
     left = memoryview(block)
     while left:
         left = left[file.write(left) :]

@@ -17,9 +17,9 @@ HEAD = 4096
 
 @dataclass(frozen=True)
 class LogFormat:
-    """A row of the table: `module` has `recognises(head)`, `read(source)` and `Writer` if it `writes`.
+    """A row of the table: `module` has `recognises(head)`, `read(source)` and, if it `writes`, `Writer`.
 
-    `suffixes` are those of its files, the first is the default; `what` is for lists of formats.
+    `suffixes` are those of its files, the default first; `what` describes the format in lists.
     """
 
     name: str
@@ -99,7 +99,8 @@ def format_to_write(path: str, name: str | None) -> LogFormat:
 
 
 def format_of_file(path: str, head: bytes) -> LogFormat:
-    """The format of a file with this beginning; if several match, by its suffix. Raises BadLog for no log."""
+    """Return the format of a file with this beginning; if several match, its suffix decides. Raises
+    BadLog for no log."""
     suffix = Path(path).suffix.lower()
     rows = sorted(FORMATS.values(), key=lambda row: suffix not in row.suffixes)
     for row in rows:

@@ -51,7 +51,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Yields batches by block; of a last block that is cut, the complete records."""
+    """Yields a batch for each block; the last block may be incomplete, and then its complete records are used."""
     numpy = load_numpy()
     line = source.file.readline(1 << 16)
     try:

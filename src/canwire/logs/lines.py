@@ -43,12 +43,12 @@ def parsed_line(
 
 
 def lines_of(text: bytes, longest: int) -> Iterator[bytes]:
-    """The lines of a text; too long ones are cut."""
+    """Yield the lines of a text; lines that are too long are divided."""
     file = io.BytesIO(text)
     while raw := file.readline(longest):
         yield raw
 
 
 def number_of(channel: str, channels: list[str]) -> int:
-    """A channel's number from 1 on, for formats with numbers: its index in the names plus 1."""
+    """Return a channel's number for formats with numbers: its index in the names plus 1."""
     return channels.index(channel) + 1

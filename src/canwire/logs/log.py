@@ -91,7 +91,7 @@ class Log:
         return self._source.fault_count
 
     def __iter__(self) -> Iterator[LogEntry]:
-        """Every entry: frames, events, marks. See `batches` for the quick way."""
+        """Yield every entry: frames, events, marks. `batches` is faster."""
         single = getattr(load_format(self._form), "entries", None)
         if single is None:
             for batch in self.batches():
@@ -145,7 +145,8 @@ class Log:
                 self._left = True
 
     def _read(self, found: Iterator[Read]) -> Iterator[Read]:
-        """What a reader finds. Whatever it raises besides errors of canwire's and the system's is the file's fault."""
+        """Yield the results of a reader. Its errors, other than those of canwire and the system, are faults of the
+        file."""
         while True:
             try:
                 each = next(found)
@@ -159,7 +160,7 @@ class Log:
             yield each
 
     def _entries(self, batch: LogBatch) -> Iterator[LogEntry]:
-        """The batch's entries; a record that holds none, in a damaged file, is a fault."""
+        """Yield the batch's entries; an invalid record, in a damaged file, is a fault."""
         block = batch.records.tobytes()
         for at in range(0, len(block), LOG_RECORD_SIZE):
             try:
@@ -168,12 +169,12 @@ class Log:
                 self._source.fault("record", f"nothing that a log holds: {error}")
 
     def _tell_problem(self, source: Source) -> None:
-        """A packed file that ended before its end is a fault."""
+        """Report a fault for a packed file that is incomplete."""
         if self._unpacking is not None and self._unpacking.problem:
             source.fault("end", self._unpacking.problem)
 
     def _refuse(self, source: Source) -> None:
-        """Raise BadLog for a file of which nothing could be read, though there is something in it."""
+        """Raise BadLog for a file that is not empty, but of which nothing could be read."""
         if source.faults:
             raise BadLog(f"{self.path}: nothing of it can be read as {self.format}; {source.faults[0]}")
 
@@ -231,7 +232,7 @@ def open_log(path: str | os.PathLike[str], *, format: str | None = None, limits:
 
 
 def _peeked(file: BinaryIO) -> tuple[BinaryIO, bytes]:
-    """The file and its first bytes, which stay unread."""
+    """Return the file and its first bytes, which can still be read from the file."""
     if file.seekable():
         head = file.read(HEAD)
         file.seek(0)

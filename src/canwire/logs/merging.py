@@ -63,7 +63,7 @@ def merge_logs(
 
 
 class _Part:
-    """One log, a batch at a time. `ends_ns`: nothing is known of what comes after, but that the log is in order."""
+    """One log, read in batches; `shift_ns` is added to its times."""
 
     def __init__(
         self, log: Log, names: Mapping[str, str], only: Callable[[LogBatch], LogBatch] | None
@@ -76,7 +76,7 @@ class _Part:
         self.batch = next(self._batches, None)  # what the head says is known then
 
     def take(self, channels: list[str]) -> numpy.ndarray | None:
-        """The records of the batch, then move to the next one; None at the end."""
+        """Return the chosen records of the batch, then read the next batch; None at the end."""
         batch, self.batch = self.batch, None
         if batch is None:
             return None
@@ -90,7 +90,7 @@ class _Part:
 
 
 def _on_one_clock(parts: Sequence[_Part]) -> bool:
-    """Have the parts' times count from one zero; whether that is 1970."""
+    """Make the times of all parts count from one zero; returns whether that zero is 1970."""
     undated = [part for part in parts if part.batch is not None and not part.log.dated]
     without = [part.log.path for part in undated if part.log.start_ns is None]
     if not without:
@@ -105,7 +105,7 @@ def _on_one_clock(parts: Sequence[_Part]) -> bool:
 
 
 def _merged(parts: Sequence[_Part], channels: list[str]) -> Iterator[numpy.ndarray]:
-    """Records of all in order: those that are no later than what each part has shown of itself so far."""
+    """Yield records of all parts in order of time, up to the time that each part has been read to."""
     held: list[numpy.ndarray | None] = [part.take(channels) for part in parts]
     while any(one is not None for one in held):
         lasts = [int(one["time_ns"].max(initial=0)) for one in held if one is not None]

@@ -28,13 +28,13 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 class _Parser:
-    """One file's lines. A line of // begins a comment, and the next one ends it."""
+    """Parses the lines of one file. A line of // begins a comment, and the next such line ends it."""
 
     def __init__(self) -> None:
         self._comment = False
 
     def entry(self, line: str) -> LogEntry | None:
-        """The line's entry; raises BadText, BadFrame, ValueError for one that is wrong."""
+        """Return the entry of this line; raises BadText, BadFrame, ValueError for an invalid line."""
         if line.startswith("//"):
             self._comment = not self._comment
             return None

@@ -19,17 +19,17 @@ _MEMBER = 16 + zlib.MAX_WBITS  # zlib's way to say gzip
 
 
 def packing_of(path: str) -> str:
-    """ ".gz", ".zst" or "" by a file's name."""
+    """Return the packing suffix of a file's name: ".gz", ".zst" or "" (not packed)."""
     return next((suffix for suffix in SUFFIXES if path.lower().endswith(suffix)), "")
 
 
 def unpacked_name(path: str) -> str:
-    """The name without that suffix, which gives the format."""
+    """Return the name without the packing suffix; its remaining suffix gives the format."""
     return path[: len(path) - len(packing_of(path))]
 
 
 def unpacked(path: str, file: BinaryIO, head: bytes) -> tuple[BinaryIO, Unpacking | None]:
-    """The unpacked content, and its reader; the file itself if its first bytes show that it is not packed."""
+    """Return the unpacked content and its reader; the file itself if its first bytes show that it is not packed."""
     suffix = next((suffix for suffix, magic in _MAGIC.items() if head.startswith(magic)), "")
     if not suffix:
         return file, None
@@ -38,7 +38,8 @@ def unpacked(path: str, file: BinaryIO, head: bytes) -> tuple[BinaryIO, Unpackin
 
 
 class Unpacking(io.RawIOBase):
-    """The content of a packed file; may be rewound. `problem` says why it ends too early, "" if it does not."""
+    """The content of a packed file; it can be rewound. `problem` says why the content is incomplete, "" if it is
+    complete."""
 
     def __init__(self, path: str, file: BinaryIO) -> None:
         self.problem = ""
@@ -58,7 +59,7 @@ class Unpacking(io.RawIOBase):
         return self._at
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Go to the beginning; other places are refused."""
+        """Rewind to the beginning; raises UnsupportedOperation for other positions."""
         if (offset, whence) == (0, io.SEEK_CUR):
             return self._at
         if (offset, whence) != (0, io.SEEK_SET):
@@ -83,12 +84,12 @@ class Unpacking(io.RawIOBase):
         raise NotImplementedError
 
     def _more(self) -> bytes | None:
-        """What comes next, perhaps nothing; None at the end. A file that is cut or damaged is a `problem`."""
+        """Return the next bytes, possibly none; None at the end. A cut or damaged file sets `problem`."""
         raise NotImplementedError
 
 
 class _Gzip(Unpacking):
-    """One member of gzip's after the other, as `cat a.gz b.gz` makes them."""
+    """Unpacks gzip members one after the other, as `cat a.gz b.gz` makes them."""
 
     def _begin(self) -> None:
         self._member = zlib.decompressobj(_MEMBER)
@@ -113,7 +114,7 @@ class _Gzip(Unpacking):
 
 
 class _Zstd(Unpacking):
-    """By pyarrow; raises ExtraMissing without it."""
+    """Unpacks Zstandard with pyarrow; raises ExtraMissing without it."""
 
     def _begin(self) -> None:
         from canwire.logs.tables.arrow import load_pyarrow
@@ -132,7 +133,8 @@ class _Zstd(Unpacking):
         return found or None
 
     def _last(self) -> bytes:
-        """What there is before the place where it is cut: pyarrow gives nothing of a read that it cannot end."""
+        """Return the data before the place where the file is cut: pyarrow returns nothing of a read that it cannot
+        complete."""
         before = self._given
         self._packed.seek(0)
         self._begin()

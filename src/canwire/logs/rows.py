@@ -9,7 +9,7 @@ from canwire.values.record import load_numpy
 
 
 def in_order(records: Any, kinds: Any, sizes: Mapping[int, int], make: Callable[[Any, int], Any]) -> bytes:
-    """One block a record: `kinds` says which (a small number), `sizes` how large each kind's block is.
+    """Return one block for each record: `kinds` are the blocks' kinds (small numbers), `sizes` the size of each kind.
 
     `make(records, kind)` lays out blocks of one kind as rows.
     """

@@ -48,13 +48,13 @@ class Source:
         self.fault_count = 0
 
     def fault(self, where: str, what: str) -> None:
-        """Count a fault, and keep it if there are not too many."""
+        """Count a fault, and keep it unless there are too many."""
         self.fault_count += 1
         if len(self.faults) < MOST_FAULTS:
             self.faults.append(LogFault(where, what))
 
     def channel(self, name: str) -> int:
-        """The number of a channel's name; a new one gets the next."""
+        """Return the number of a channel's name; a new name gets the next number."""
         number = self._numbers.get(name)
         if number is None:
             if len(self._numbers) != len(self.channels):  # `batch` has added some
@@ -67,7 +67,7 @@ class Source:
         return number
 
     def beyond(self, limit: str, what: str) -> BadLog:
-        """The error for exceeding the limit of this name."""
+        """Return the error for exceeding the limit of this name."""
         most = getattr(self.limits, limit)
         return BadLog(
             f"{self.path}: {what} than {limit}={most}; open it with a larger one in limits=LogLimits()"
@@ -78,7 +78,7 @@ class Source:
         self.dated = self.dated or time_ns >= DATED_NS
 
     def batch(self, entries: Iterable[LogEntry]) -> LogBatch:
-        """Entries as a batch of this log; an entry whose numbers no record can hold is a fault."""
+        """Convert entries to a batch of this log; an entry with numbers that no record can hold is a fault."""
         listed = list(entries)
         try:
             found = batch_of(listed, self.channels)

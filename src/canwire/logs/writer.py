@@ -103,7 +103,8 @@ class LogWriter:
         self.write_batch(batch_of(entries, self._form.channels))
 
     def write_batch(self, batch: LogBatch) -> None:
-        """Write many entries. Raises OSError for a full disk, which says how many are in the file."""
+        """Write many entries. Raises OSError for a full disk; its message contains the number of
+        entries in the file."""
         self._check_open()
         form = self._form
         records = renumbered(batch, form.channels)
@@ -173,7 +174,7 @@ class LogWriter:
             self._beside.take_place()
 
     def _give_up(self) -> None:
-        """Close what is open; of a file beside the named one nothing is left."""
+        """Close the open files, and remove a temporary file that is not complete."""
         try:
             self._form.give_up()
             with suppress(OSError):  # a packed file has an end to write, and may not have the room
@@ -219,8 +220,8 @@ def create_log(
     A name that ends with a slash or ".trace", or that of a folder, means a trace; its folder must be new or empty.
 
     `dated`: time stamps count from 1970, else from an unknown zero. `start_ns`: the start in nanoseconds since 1970, if
-    known. `clock`: the name of the clock. `whole`: write a temporary file, which gets the name at `close`; after an
-    earlier error, of the writer or in its `with`, the old file is unchanged (this does not apply to traces and
+    known. `clock`: the name of the clock. `whole`: write a temporary file, which is renamed to `path` by `close`; after
+    an earlier error, of the writer or in its `with`, the old file is unchanged (this does not apply to traces and
     standard output). Formats that `needs_end` are written in this way, too.
     Raises BadValue for an unknown format, ExtraMissing for a missing library, OSError if the file cannot be opened;
     then an existing file is unchanged.
@@ -247,7 +248,7 @@ def create_log(
 
 @contextmanager
 def _opened(name: str, path: str) -> Iterator[BinaryIO]:
-    """The file, emptied after the log has begun; a new file is removed if the log cannot begin."""
+    """Open the file, which is emptied only after the log has begun; a new file is removed if the log cannot begin."""
     new = not os.path.exists(path)
     try:
         file = open(path, "wb", buffering=0, opener=_kept)  # noqa: SIM115
@@ -266,5 +267,5 @@ def _opened(name: str, path: str) -> Iterator[BinaryIO]:
 
 
 def _kept(path: str, flags: int) -> int:
-    """Opened without being emptied."""
+    """Open the file without emptying it."""
     return os.open(path, flags & ~os.O_TRUNC, 0o666)

@@ -1,6 +1,7 @@
-"""The page: what happens on a hub's boards, in a browser. The server is a separate process and a client of the hub.
+"""The page: shows the activity on a hub's boards in a browser. The server is a separate process and a client of the
+hub.
 
-How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.py`:
+How to add a view: a view is a folder here, `web/NAME/`, and a row in `views.py`:
 
     web/NAME/view.py         VIEW = View("NAME", routes, ...): routes(desk) gives the Starlette routes below /NAME
     web/NAME/page.jinja      extends "base/page.jinja"; its content is in `{% block main %}`
@@ -8,7 +9,7 @@ How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.p
     web/NAME/words/de.toml   the same keys in German (tests/web/test_words.py reports missing ones)
     web/NAME/static/...      scripts and styles, served as /static/NAME/...; View's `scripts` and `styles` name them
 
-`web/boards/` is the model. What the code of a view can use:
+`web/boards/` is the model. The code of a view can use:
 
 - `desk.page(request, VIEW, ...)` renders a page, `desk.part(request, "NAME/part.jinja", ...)` a piece of one.
 - `desk.link.hub` is the connection to the hub; it raises HubLost while the hub is away. Calls block, so they belong in
@@ -19,13 +20,13 @@ How a view is added. A view is a folder here, `web/NAME/`, and a row in `views.p
   its field, and nothing is changed. The status line of the page shows the text that `do` returns, or the hub's error.
 - Forms with `data-action="/NAME/do"` and buttons with `data-post="/NAME/do"` (their `data-name="value"`s are the
   fields) are sent by base/static/forms.js; `data-writes` disables them for viewers without the token. After a success
-  the event "changed" goes to document.body.
+  the event "changed" is dispatched to document.body.
 - A part that the server renders repeatedly: htmx, `hx-get="/NAME/part" hx-trigger="every 1s, changed from:body"`.
-- Frequent data goes through a web socket: `converse` in live.py. Keep no queue for a viewer; answer its requests
+- Frequent data use a web socket: `converse` in live.py. Keep no queue for a viewer; answer its requests
   (trace/feed.py).
 - Choices that are remembered: `data-remember="NAME.key"` on a field, or `remembered(key, fallback)` of base.js.
 - gate.py refuses requests before a view gets them: foreign hosts and origins, wrong tokens, bodies over 64 KiB, and
-  requests without the token (with `viewers`, their GETs are allowed). `request.scope["writer"]` says whether a web
+  requests without the token (with `viewers`, their GETs are allowed). `request.scope["writer"]` is True if a web
   socket may change something.
 
 Tests: `tests/web/` has the fixtures `site` (a server on a separate hub), `client` (with the token), `viewer`

@@ -1,4 +1,4 @@
-"""What changes something: a POST with fields, answered in JSON that base/static/forms.js shows."""
+"""Requests that change something: a POST with fields, answered in JSON that base/static/forms.js shows."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ Do = Callable[[Call], "str | Response"]
 
 
 def action(desk: Desk, do: Do) -> Callable[[Request], Awaitable[Response]]:
-    """An endpoint that runs `do` in a thread; what it returns is shown as the page's status.
+    """Return an endpoint that runs `do` in a thread; the page shows the result as its status.
 
-    BadFields go to their fields (422); errors of canwire are shown as they are (409, 503 for a lost hub).
+    BadFields are shown at their fields (422); other errors of canwire are shown unchanged (409, 503 for a lost hub).
     """
 
     async def endpoint(request: Request) -> Response:

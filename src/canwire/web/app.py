@@ -30,7 +30,7 @@ UPLOADS = {OPEN_PATH: MOST_BYTES, DATABASE_PATH: DATABASE_BYTES, "/send/load": 4
 
 
 def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bool) -> Gate:
-    """`hosts` are the names and ports it answers to ("127.0.0.1:8080")."""
+    """Make the application; it answers requests for `hosts`, which are names with ports ("127.0.0.1:8080")."""
     routes: list[BaseRoute] = [
         Route("/", lambda request: RedirectResponse(f"/{desk.views[0].name}")),
         Route("/link", lambda request: _link(desk, request)),
@@ -47,7 +47,7 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bo
 
 
 def _link(desk: Desk, request: Request) -> Response:
-    """The head's line: is the hub there, and how long was it away."""
+    """Render the head's line: whether the hub is connected, and how long it was away."""
     gaps = desk.link.gaps
     return desk.part(
         request,
@@ -59,7 +59,7 @@ def _link(desk: Desk, request: Request) -> Response:
 
 
 def _too_long(_: Request, __: Exception) -> Response:
-    """The gate let no more of a body pass; who has really gone does not read this."""
+    """Answer a request whose body was cut by the gate; a client that has disconnected does not read this."""
     return PlainTextResponse("the body is too long", 413)
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Signal(NamedTuple):
-    """A signal's value for people."""
+    """A signal's value as text for the page."""
 
     name: str
     value: str
@@ -37,7 +37,7 @@ class Input(NamedTuple):
 
 
 class Database:
-    """The descriptions of one bus; where several have a message, or a frame, the first of them counts."""
+    """The descriptions of one bus; if several define a message or a frame, the first of them is used."""
 
     def __init__(self, files: Sequence[canwire.Database] = ()) -> None:
         self._files = tuple(files)
@@ -48,12 +48,12 @@ class Database:
         return {_key(message): name for name, message in reversed(self._messages.items())}
 
     def name_of(self, frame: Frame | LinFrame) -> str:
-        """The message that a frame is, J1939's by its parameter group; "" for none."""
+        """Return the name of the frame's message, for J1939 by its parameter group; "" if it is unknown."""
         found = (file.message_of(frame) for file in self._files)
         return next((message.name for message in found if message is not None), "")
 
     def signals(self, frame: Frame | LinFrame) -> list[Signal]:
-        """Decoded; none for a frame that no file knows, or whose data do not fit it."""
+        """Decode the frame; returns no signals if no file defines the frame, or if its data do not fit."""
         file = next((one for one in self._files if one.message_of(frame) is not None), None)
         decoded = None if file is None else file.decode(frame)
         if decoded is None:
@@ -65,13 +65,13 @@ class Database:
         ]
 
     def number(self, frame: Frame | LinFrame, name: str) -> float | None:
-        """A signal's physical value; None where the frame does not have it."""
+        """Return a signal's physical value; None if the frame does not contain it."""
         decoded = next((one for file in self._files if (one := file.decode(frame)) is not None), None)
         found = None if decoded is None else decoded.numbers.get(name)
         return None if found is None or isinstance(found, list) else float(found)
 
     def ids_with(self, name: str) -> list[int]:
-        """Identifiers of the messages with a signal of this name, 1 << 31 added where they have 29 bits."""
+        """Return the identifiers of the messages with a signal of this name, plus 1 << 31 for 29-bit identifiers."""
         return [
             message.id | (1 << 31 if message.extended else 0)
             for message in self._messages.values()
@@ -79,7 +79,7 @@ class Database:
         ]
 
     def parsed(self, name: str, text: str) -> float:
-        """A physical value of a signal as it was typed, a number or a text of the file's; raises ValueError."""
+        """Parse a typed value of a signal, a number or a text of the file, to its physical value; raises ValueError."""
         for message in self._messages.values():
             if name in message.signals:
                 signal = message.signals[name]
@@ -93,7 +93,7 @@ class Database:
         raise ValueError(f"{name}: {text}")
 
     def values_of(self, records: numpy.ndarray, name: str) -> Iterator[tuple[numpy.ndarray, numpy.ndarray]]:
-        """Places of the CAN records that have this signal, with its physical values, file by file."""
+        """Yield, file by file, the places of the CAN records that contain this signal, and its physical values."""
         for file in self._files:
             for columns in file.decode_arrays(records).values():
                 if name in columns.signals:
@@ -102,12 +102,12 @@ class Database:
                     yield columns.rows[there], columns.signals[name][there]
 
     def inputs(self, name: str) -> list[Input]:
-        """The signals of a message that can be given; none for a message that is not there."""
+        """Return the signals of a message that can be entered; none for an unknown message."""
         message = self._messages.get(name)
         return [] if message is None else [_input(signal) for signal in message.signals.values()]
 
     def encode(self, name: str, values: Mapping[str, str]) -> Frame | LinFrame:
-        """The message's frame with these values, numbers or their names; raises BadSignals with what would fit."""
+        """Return the message's frame with these values, numbers or texts; raises BadSignals with the valid ranges."""
         file = next((file for file in self._files if name in file.messages), None)
         if file is None:
             raise BadSignals(name, {"message": name})
@@ -130,7 +130,7 @@ class Database:
         return sorted(self._messages)
 
     def messages_of(self) -> dict[str, list[str]]:
-        """Those of CAN and of LIN apart."""
+        """Return the names of the messages of CAN and of LIN separately."""
         return {
             kind: [name for name in self.messages() if self._messages[name].lin == (kind == "lin")]
             for kind in ("can", "lin")
@@ -156,7 +156,7 @@ def _shown(value: object) -> str:
 
 
 def _typed(signal: SignalDescription, text: str) -> str:
-    """With a point, as numbers have it here; names of values stay as they are."""
+    """Replace a decimal comma by a point; texts of the signal stay unchanged."""
     return text if text.strip() in signal.choices.values() else text.replace(",", ".")
 
 

@@ -1,4 +1,4 @@
-"""What a view is, and what every view has at hand: the hub, the words, the templates."""
+"""The definition of a view, and the objects that all views share: the hub, the texts, the templates."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ LANGUAGE_COOKIE = "canwire-language"
 
 @dataclass(frozen=True)
 class View:
-    """One of the page's tabs: it lives below /`name`, and its title is the word `name.title`.
+    """One of the page's tabs: its path begins with /`name`, and its title is the text `name.title`.
 
-    `scripts` and `styles` are files of its static folder (one with a / is found below /static);
+    `scripts` and `styles` are files of its static folder (a name with a / is relative to /static);
     `vendored` are scripts of base/static/vendor, loaded before them.
     """
 
@@ -45,7 +45,7 @@ class View:
 
 @dataclass
 class Desk:
-    """What the views of one server share. The hub's time plus `epoch_ns(hub)` is the wall clock's time.
+    """The objects that the views of one server share. Hub time plus `epoch_ns(hub)` is wall-clock time.
 
     `databases` are the open network descriptions. A view adds to `closing` all that the server must close at its end,
     and stores in `kept`, under the view's name, objects that other views may use.
@@ -64,7 +64,7 @@ class Desk:
         return words_in(preferred(chosen, request.headers.get("accept-language", "")))
 
     def page(self, request: Request, view: View, **values: Any) -> Response:
-        """A view's page.jinja."""
+        """Render a view's page.jinja."""
         answer = self.part(request, f"{view.name}/page.jinja", view=view, **values)
         language = request.query_params.get("lang")
         if language in LANGUAGES:
@@ -72,7 +72,8 @@ class Desk:
         return answer
 
     def part(self, request: Request, template: str, **values: Any) -> Response:
-        """Render a piece of a page; in templates `t` has the texts, `writer` whether this viewer has the token."""
+        """Render a piece of a page; in templates `t` returns texts, and `writer` is true if this
+        viewer has the token."""
         words = self.words(request)
         values |= {
             "t": words,

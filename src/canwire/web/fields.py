@@ -1,4 +1,4 @@
-"""What people typed into fields: checked, all of it, before anything is done."""
+"""Values that people typed into fields: all of them are checked before anything is changed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Word = Callable[..., str]
 
 
 class BadFields(Exception):
-    """Fields that mean nothing: for each its message."""
+    """Invalid fields, with a message for each."""
 
     def __init__(self, faults: Mapping[str, str]) -> None:
         self.faults = dict(faults)
@@ -20,7 +20,7 @@ class BadFields(Exception):
 
 
 class Fields:
-    """The fields of one form. A fault is noted and a value of no meaning returned; `check` raises them all."""
+    """The fields of one form. An invalid field is noted and a meaningless value returned; `check` raises all faults."""
 
     def __init__(self, values: Mapping[str, str], word: Word) -> None:
         self._values = values
@@ -29,15 +29,15 @@ class Fields:
 
     @property
     def given(self) -> Mapping[str, str]:
-        """All of them, unchecked."""
+        """All fields, unchecked."""
         return self._values
 
     def fault(self, name: str, message: str) -> None:
-        """Note a fault at a field; the first one of each is kept."""
+        """Note a fault of a field; only the first fault of each field is kept."""
         self._faults.setdefault(name, message)
 
     def check(self) -> None:
-        """Raises BadFields if anything was wrong so far."""
+        """Raise BadFields if any field was invalid so far."""
         if self._faults:
             raise BadFields(self._faults)
 
@@ -50,7 +50,7 @@ class Fields:
         return value[:longest]
 
     def flag(self, name: str) -> bool:
-        """A check mark."""
+        """Return whether a check box is checked."""
         return self._values.get(name, "") in ("on", "true", "1")
 
     def choice(self, name: str, choices: Collection[str]) -> str:
@@ -60,7 +60,7 @@ class Fields:
         return value
 
     def whole(self, name: str, least: int, most: int) -> int:
-        """A decimal number from `least` to `most`."""
+        """Return a decimal number from `least` to `most`."""
         value = self.text(name)
         if not re.fullmatch(r"-?[0-9]{1,12}", value):
             self.fault(name, self._word("base.no-number", value=value[:40], least=least, most=most))
@@ -68,7 +68,7 @@ class Fields:
         return self._within(name, int(value), least, most, str)
 
     def real(self, name: str, least: float, most: float) -> float:
-        """A decimal fraction; a comma may be its point."""
+        """Return a decimal fraction; its decimal point may be a comma."""
         value = self.text(name).replace(",", ".")
         if not re.fullmatch(r"-?(?:[0-9]{1,12}(?:\.[0-9]{0,9})?|\.[0-9]{1,9})", value):
             self.fault(
@@ -84,7 +84,7 @@ class Fields:
         return number
 
     def hexadecimal(self, name: str, least: int, most: int) -> int:
-        """A hexadecimal number, 0x before it or not."""
+        """Return a hexadecimal number, with or without 0x."""
         value = self.text(name)
         digits = value.lower().removeprefix("0x")
         if not re.fullmatch(r"[0-9a-f]{1,16}", digits):

@@ -85,7 +85,7 @@ class Gate:
         return self._uploads.get(scope["path"], BODY_BYTES)
 
     def _let_in(self, scope: Scope, headers: Headers) -> Response | None:
-        """None if the request is allowed; `scope["writer"]` is set then."""
+        """Check a request, and set `scope["writer"]`; returns None if it is allowed, else the answer."""
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         given = next((value for name, value in query if name == "token"), None)
         if given is not None:
@@ -102,10 +102,12 @@ class Gate:
         return None
 
     def _welcome(self, path: str, query: list[tuple[str, str]], elsewhere: bool) -> Response:
-        """Keep the token, and take it out of the address: histories and pictures of the screen have it no more.
+        """Store the token in a cookie, and redirect to the address without it, so that histories and screenshots do not
+        show it.
 
-        A browser that comes from `elsewhere`, as from the file of `--open`, does not send a strict cookie along with
-        where it is redirected to; with what a page of this server's own leads to it does.
+        A browser that comes from `elsewhere`, such as the file of `--open`, does not send a strict cookie with a
+        redirected
+        request; it sends the cookie with a request that a page of this server causes.
         """
         path = "/" + path.lstrip("/")  # //other.example would lead elsewhere
         target = path + (f"?{urlencode(query)}" if query else "")
@@ -127,7 +129,7 @@ class Gate:
 
 
 class _Limited:
-    """A body without a Content-Length is counted as it comes; too much of it, or a pause, is a disconnection."""
+    """Limits the body of a request without a Content-Length: too many bytes, or a pause, count as a disconnection."""
 
     def __init__(self, receive: Receive, most: int) -> None:
         self._receive = receive
@@ -148,7 +150,7 @@ class _Limited:
 
 
 def _guarded(send: Send) -> Send:
-    """What every answer says to the browser: nothing from elsewhere, no framing, no guessing of types."""
+    """Add headers to every answer that forbid foreign content, framing and guessing of types."""
 
     async def guarded(message: Message) -> None:
         if message["type"] == "http.response.start":

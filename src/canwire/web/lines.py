@@ -1,4 +1,4 @@
-"""Every line of the hub as it is now: what the views show, each in its own way."""
+"""Returns the present state of every line of the hub, for all views."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LinUse(NamedTuple):
 
 
 class Line(NamedTuple):
-    """One line and its status; exactly one of `can` and `lin` is there."""
+    """One line and its status; exactly one of `can` and `lin` is not None."""
 
     place: LinePlace
     can: LineStatus | None
@@ -41,14 +41,14 @@ class Line(NamedTuple):
 
     @property
     def lateness(self) -> str:
-        """What is to be said of a hub whose buses cannot keep up with the clock; "" of one that keeps up."""
+        """A sentence about a hub whose buses cannot keep up with the clock; "" if they keep up."""
         if self.can is not None:
             return self.can.lateness
         return "" if self.lin is None else self.lin.status.lateness
 
     @property
     def state(self) -> str:
-        """A word's key: "error-active", "stopped", "not-initialised", "shorted", ..."""
+        """The key of a text: "error-active", "stopped", "not-initialised", "shorted", ..."""
         if self.can is not None:
             if not self.can.initialised:
                 return "not-initialised"
@@ -63,7 +63,8 @@ def _key(name: str) -> str:
 
 
 def look(hub: Hub, boards: Collection[int] | None = None) -> list[Line]:
-    """Lines of these boards (their numbers; None: of all); those of one that is pulled out meanwhile are left out."""
+    """Return the lines of these boards (their numbers; None: all boards), without boards that are
+    unplugged meanwhile."""
     places = [place for place in every_line(hub) if boards is None or place.board.id in boards]
     can = hub.line_statuses(place.board.id for place in places if place.info.lin is None)
     lin = hub.lin_statuses(place.board.id for place in places if place.info.lin is not None)
@@ -78,17 +79,17 @@ def look(hub: Hub, boards: Collection[int] | None = None) -> list[Line]:
 
 
 def can_lines(hub: Hub) -> list[Line]:
-    """The CAN lines among them."""
+    """Return the CAN lines of the hub."""
     return [line for line in look(hub) if line.can is not None]
 
 
 def lateness_of(lines: list[Line]) -> list[str]:
-    """One sentence if any: the buses of a hub share their time."""
+    """Return one sentence about lateness, or none: the buses of a hub share their time."""
     return sorted({line.lateness for line in lines} - {""})[-1:]
 
 
 def by_board(lines: list[Line], boards: Collection[BoardInfo]) -> list[tuple[BoardInfo, list[Line]]]:
-    """Each board with its lines."""
+    """Return each board with its lines."""
     found: dict[int, list[Line]] = {board.id: [] for board in boards}
     for line in lines:
         found.get(line.place.board.id, []).append(line)

@@ -1,4 +1,4 @@
-"""The server's connection to the hub: made again when the hub is back; interruptions are counted."""
+"""The server's connection to the hub: it is restored when the hub is back, and interruptions are counted."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ NAME = "canwire web"
 
 
 class Gap(NamedTuple):
-    """The hub was away: seconds it lasted, so far where it is not `over`."""
+    """A period in which the hub was away, in seconds: up to now if it is not `over`."""
 
     seconds: float
     over: bool
 
 
 class HubLink:
-    """`hub` while it is there; a thread connects again whenever it is lost. Ends with `close`.
+    """`hub` is the connection while it exists; a thread connects again whenever it is lost. Ends with `close`.
 
     `connect` makes a connection or raises HubError. Subscribers are called in that thread: `began(hub)` at each
-    connection, immediately if there is one, and `ended()` when it is lost.
+    connection, immediately if one exists, and `ended()` when it is lost.
     """
 
     def __init__(self, connect: Callable[[], Hub]) -> None:
@@ -54,13 +54,13 @@ class HubLink:
 
     @property
     def there(self) -> bool:
-        """Whether the hub is there now."""
+        """Whether the hub is connected now."""
         hub = self._hub
         return hub is not None and not hub.lost
 
     @property
     def gaps(self) -> list[Gap]:
-        """Every time the hub was away, the present one last."""
+        """All periods in which the hub was away, the present one last."""
         with self._lock:
             gaps = [Gap(seconds, True) for seconds in self._gaps]
             if self._hub is None:
@@ -68,14 +68,14 @@ class HubLink:
         return gaps
 
     def subscribe(self, began: Callable[[Hub], None], ended: Callable[[], None]) -> None:
-        """Tell of connections from now on."""
+        """Call `began` and `ended` for connections from now on."""
         with self._lock:
             self._subscribers.append((began, ended))
             if self._hub is not None:
                 began(self._hub)
 
     def close(self) -> None:
-        """Let go of the hub; a second time does nothing."""
+        """Close the connection; a second call does nothing."""
         if not self._closing.is_set():
             self._closing.set()
             self._event.set()
@@ -119,6 +119,6 @@ class HubLink:
 
 
 def connect_again(hub: Hub) -> Callable[[], Hub]:
-    """First this connection, then ones to the same address."""
+    """Return a function that returns this connection at its first call, then makes new ones to the same address."""
     waiting = [hub]
     return lambda: waiting.pop() if waiting else canwire.connect(hub.address, name=NAME, timed=False)

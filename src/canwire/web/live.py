@@ -1,6 +1,6 @@
-"""Web sockets to viewers. None slows another: each has a task that waits while its viewer does not read.
+"""Web sockets to viewers. No viewer slows another: each has a task that waits while the viewer does not read.
 
-The sender queues nothing for a viewer meanwhile: it continues with the newest data, and counts what it has omitted.
+The sender queues nothing for a viewer in the meantime: it continues with the newest data, and counts omitted data.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A connection on which no whole request comes is closed: half requests would use up the server's descriptors."""
+"""Closes a connection on which no complete request arrives: half requests would use up the server's descriptors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HEAD_S = 10.0  # for a request's head; its body has the gate's BODY_S
 
 
 class PatientProtocol(AutoHTTPProtocol):  # type: ignore[valid-type, misc]  # one of two classes, as installed
-    """uvicorn's protocol with a limit to how long a request's head may take, the first one or a later one."""
+    """uvicorn's protocol with a time limit for the head of each request."""
 
     _limit: asyncio.TimerHandle | None = None
 
@@ -31,7 +31,8 @@ class PatientProtocol(AutoHTTPProtocol):  # type: ignore[valid-type, misc]  # on
         super().connection_lost(exc)
 
     def _waits(self) -> bool:
-        """No request is under way, and the connection has not become a web socket, which has another protocol."""
+        """Whether no request is in progress, and the connection has not become a web socket, which has another
+        protocol."""
         if self.transport.get_protocol() is not self:
             return False
         return self.cycle is None or self.cycle.response_complete

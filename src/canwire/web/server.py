@@ -28,7 +28,7 @@ _MESSAGE_BYTES = 131_072
 
 
 class Site:
-    """A page that can be served: `address` has the token, `run` blocks until `stop`.
+    """A page that can be served: `address` contains the token, `run` blocks until `stop`.
 
     `port` 0 is any free port, None the default port if it is free (a browser stores its data by port).
     `databases` are files for Databases. With `viewers` any user of this machine may watch without the token.
@@ -80,7 +80,7 @@ class Site:
         return f"{self.url}?token={self.token}"
 
     def run(self) -> None:
-        """Serve; in a main thread SIGINT and SIGTERM end it."""
+        """Serve until `stop`; in the main thread, also until SIGINT or SIGTERM."""
         try:
             with contextlib.suppress(KeyboardInterrupt):  # uvicorn raises it again, once all is closed
                 self._server.run(sockets=[self._socket])
@@ -88,11 +88,11 @@ class Site:
             self.close()
 
     def stop(self) -> None:
-        """Have `run` return; from any thread."""
+        """Make `run` return; may be called from any thread."""
         self._server.should_exit = True
 
     def close(self) -> None:
-        """Let go of port and hub; a second time does nothing."""
+        """Close the port and the connection to the hub; a second call does nothing."""
         self._socket.close()
         self.desk.closing.close()
         self.link.close()

@@ -1,4 +1,4 @@
-"""What people read, in English and German: each view's words/en.toml and words/de.toml."""
+"""The texts of the page in English and German: each view's words/en.toml and words/de.toml."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Trouble(str):
 
     @classmethod
     def said(cls, text: str, kind: str) -> Trouble:
-        """A text of this kind: there is a word base.error-KIND."""
+        """Make a text of this kind, for which the word base.error-KIND exists."""
         made = cls(text)
         made.kinds = (kind,)
         return made
 
 
 class Words:
-    """The words of one language. Keys are "view.key"; `{name}` in a text is put in by `word(key, name=...)`."""
+    """The words of one language. Keys are "view.key"; `word(key, name=...)` replaces `{name}` in a text."""
 
     def __init__(self, language: str, texts: Mapping[str, str]) -> None:
         self.language = language
@@ -47,22 +47,24 @@ class Words:
         return f"{number:.{digits}f}".replace(".", self.texts["base.decimal-point"])
 
     def localised(self, text: str) -> str:
-        """A number as programs write it, with that point; any other text as it is."""
+        """Replace the decimal point of a number by that of the language; any other text stays unchanged."""
         return re.sub(r"(?<=^)(-?\d+)\.(?=\d+$)", rf"\1{self.texts['base.decimal-point']}", text)
 
     def error(self, error: Exception) -> str:
-        """What the hub says, in English, after a sentence of this language's where it has one."""
+        """Return an error's English message, after a sentence in this language if one exists for it."""
         return self.trouble(Trouble.of(error))
 
     def trouble(self, text: str) -> str:
-        """The same of an error's message that was kept; any other text alone. Backticks are for terminals."""
+        """Return the text of a kept error message in the same form as `error`; other texts stay unchanged.
+
+        Backticks are removed: they are for terminals."""
         keys = (f"base.error-{kind}" for kind in getattr(text, "kinds", ()))
         sentence = next((self.texts[key] for key in keys if key in self.texts), "")
         plain = text.replace("`", "")
         return f"{sentence} ({plain})" if sentence else plain
 
     def told(self, kind: str, text: str) -> str:
-        """A sentence of the hub in English, with base.error-KIND before it."""
+        """Return an English sentence of the hub, with base.error-KIND before it."""
         return self.trouble(Trouble.said(text, kind))
 
 
@@ -80,7 +82,7 @@ def folders() -> list[Path]:
 
 @cache
 def words_in(language: str) -> Words:
-    """Those of all views."""
+    """Return the words of all views."""
     texts: dict[str, str] = {}
     for folder in folders():
         texts |= read(folder, language)
@@ -88,7 +90,7 @@ def words_in(language: str) -> Words:
 
 
 def preferred(chosen: str | None, accepted: str) -> str:
-    """The language that was chosen, else the first one of an Accept-Language header that there is."""
+    """Return the chosen language, else the first supported one of an Accept-Language header."""
     if chosen in LANGUAGES:
         return str(chosen)
     return next((tag for tag in _by_quality(accepted) if tag in LANGUAGES), USUAL)

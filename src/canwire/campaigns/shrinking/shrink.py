@@ -137,7 +137,7 @@ class _Search:
                     self._pin()
 
     def _pin(self) -> None:
-        """Flips in place of noise, whose bits are counted from its beginning: each frame before them would count."""
+        """Replace noise by flips: noise bits are numbered in order, so leaving frames out would renumber them."""
         if not self._run.took.get(NOISE):
             return
         run = self._trials.play(self._first.number, self._best, words=True, until_ns=self._until_ns)
@@ -148,7 +148,7 @@ class _Search:
             self._tried(replace(pinned, flips=(*self._best.flips, *flips)))
 
     def _items(self, kind: str) -> Sequence[int]:
-        """The numbers that took place; unknown for a run that ended its process, so prefixes are tried for it."""
+        """Return the numbers that took place; if the run ended its process they are unknown, and prefixes are tried."""
         if self._run.took:
             return sorted(self._run.took[kind])
         if kind in self._best.only:
@@ -160,7 +160,7 @@ class _Search:
         return self._tried(self._best.with_value(name, value))
 
     def _fails_without(self, kind: str, part: Sequence[int]) -> Sequence[int] | None:
-        """The numbers of the kind that are left, if the run still fails."""
+        """Play the run with only `part` of this kind; returns the numbers that took place, None if it fails no more."""
         if not self._tried(self._best.with_only(kind, part)):
             return None
         left = sorted(self._run.took.get(kind, part))

@@ -10,7 +10,7 @@ from canwire.campaigns.workers import Worker
 
 
 class Spent(Exception):
-    """No trial is left."""
+    """Raised when all trials are used up."""
 
 
 class Trials:

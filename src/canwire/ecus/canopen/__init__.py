@@ -1,8 +1,8 @@
 """CANopen, based on the library canopen: an ECU for the lab and shared boards, and canopen's Network in the lab's time.
 
-`ecu.py` is the ECU, `services.py` its NMT, SDO and emergency ends, `pdos.py` its process data, `small.eds` what it is
-when nobody gives it a dictionary; `dictionary.py` reads others. `network.py` is canopen's Network
-on a lab's node, `remote.py` its clients' waits.
+`ecu.py` is the ECU, `services.py` its NMT, SDO and emergency services, `pdos.py` its process data, and `small.eds` its
+default dictionary; `dictionary.py` reads other dictionaries. `network.py` is canopen's Network on a lab's node, and
+`remote.py` makes the waits of its clients use the lab's time.
 """
 
 from canwire.ecus.canopen.dictionary import load_eds

@@ -39,7 +39,7 @@ class BlockUpload:
         send(bytes([_UPLOAD | _CRC | _SIZE]) + object_bytes + len(data).to_bytes(4, "little"))
 
     def take(self, request: bytes) -> bool:
-        """Start, an acknowledged block, or the end."""
+        """Handle a request: the start, an acknowledged block, or the end. Returns True once the transfer is over."""
         command = request[0] & 0x03
         if command == 0x03:
             self._block()
@@ -52,7 +52,7 @@ class BlockUpload:
         return False
 
     def _acknowledged(self, number: int, size: int) -> None:
-        """Segments up to `number` have arrived; later ones are sent again."""
+        """Handle the client's receipt of the segments up to `number`; later segments are sent again."""
         if number > self._segments:
             raise SdoAbortedError(_BAD_SEQUENCE)
         self._check(size)
@@ -95,7 +95,7 @@ class BlockDownload:
         send(bytes([_DOWNLOAD | _CRC]) + object_bytes + bytes([_MOST, 0, 0, 0]))
 
     def take(self, request: bytes) -> bool:
-        """A segment, or the end after the last one."""
+        """Handle a segment, or the end after the last segment. Returns True once the transfer is over."""
         if self._whole:
             return self._ended(request)
         number = request[0] & 0x7F

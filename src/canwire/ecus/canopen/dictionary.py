@@ -32,10 +32,10 @@ def load_eds(
     most_bytes: int = MOST_BYTES,
     seconds: float = MOST_SECONDS,
 ) -> ObjectDictionary:
-    """canopen's dictionary of this EDS or DCF file; `node_id` is for entries that contain it ($NODEID+0x180).
+    """Load an EDS or DCF file as canopen's dictionary; `node_id` is for entries that contain it ($NODEID+0x180).
 
-    Raises BadDescription with the file's name: for more than `most_bytes`, for what takes longer than `seconds`, for an
-    object with more than 254 entries, and for what is no such file.
+    Raises BadDescription with the file's name: for a file of more than `most_bytes`, one that needs more than `seconds`
+    to read, an object with more than 254 entries, and a file that is not EDS or DCF.
     """
     file = Path(path)
     if file.suffix.lower() not in _KINDS:
@@ -52,7 +52,7 @@ def dictionary_of(path: str | PathLike[str], node_id: int) -> ObjectDictionary |
 
 
 def _text_of(data: bytes) -> str:
-    """The standard requires ISO 646; other characters are read as UTF-8, or else as Latin-1."""
+    """Decode a file. The standard requires ISO 646; other characters are read as UTF-8, or else as Latin-1."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -60,7 +60,7 @@ def _text_of(data: bytes) -> str:
 
 
 def _check_counts(file: Path, text: str) -> None:
-    """Refuses large counts: canopen creates as many entries as a file claims."""
+    """Raise BadDescription for large counts: canopen creates as many entries as a file claims."""
     for found in _COUNTS.finditer(text):
         try:
             count = int(found[1], 0)

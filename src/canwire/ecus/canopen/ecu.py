@@ -31,14 +31,14 @@ _NO_VALUE = 0x06090030  # an SDO abort code: not in the range of the object's va
 class CanopenEcu(LocalNode):  # type: ignore[misc]
     """`bus.node("io", CanopenEcu(5))` in the lab, `network.create_node(CanopenEcu(5))` on a connected canopen.Network.
 
-    `dictionary` is one of canopen, or the path of an EDS file (`load_eds` has its limits); the default is a small I/O
-    module, of EDS file `CanopenEcu.EDS`. It boots immediately. Its SDO server (blocks, too), heartbeats, TPDOs (on
-    change, by event timer, on SYNC), RPDOs and emergencies follow the dictionary; resets return its values to the
-    dictionary's.
+    `dictionary` is one of canopen, or the path of an EDS file (with the limits of `load_eds`); the default is a small
+    I/O module, of EDS file `CanopenEcu.EDS`. It boots immediately. Its SDO server (also for blocks), heartbeats, TPDOs
+    (on change, by event timer, on SYNC), RPDOs and emergencies follow the dictionary; a reset restores the
+    dictionary's values.
 
-    Whatever a LocalNode has is there: `sdo["Label"].raw` reads and writes the dictionary from inside, a TPDO on change
-    follows; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. `lss` answers
-    LSS requests; a new node-ID holds from the next reset on. Not there: inhibit times, transmission on remote frames
+    All members of a LocalNode are available: `sdo["Label"].raw` reads and writes the dictionary from inside, and can
+    cause a TPDO on change; `nmt.state`, `emcy.send(...)`, `add_read_callback`, `add_write_callback`. `lss` answers LSS
+    requests; a new node-ID takes effect at the next reset. Not supported: inhibit times, transmission on remote frames
     (types 252, 253).
     """
 
@@ -91,7 +91,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             super().remove_network()
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
-        """Set the value of an object, with all effects; `check_writable` for accesses from the bus."""
+        """Set the value of an object, with all effects; `check_writable` is for accesses from the bus."""
         if (index, subindex) == (_ERRORS, 0) and check_writable and any(data):
             raise SdoAbortedError(_NO_VALUE)  # 0 forgets the errors
         with self._changing:
@@ -140,7 +140,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
             network.nodes[id] = network.nodes.pop(before)
 
     def _numbers(self) -> list[int]:
-        """Vendor, product, revision and serial numbers."""
+        """Return vendor, product, revision and serial numbers."""
         found = (self.get_data(_IDENTITY, place) if self._has(place) else b"" for place in range(1, 5))
         return [int.from_bytes(one, "little") for one in found]
 
@@ -169,7 +169,7 @@ class CanopenEcu(LocalNode):  # type: ignore[misc]
                 self.pdos.end()
 
     def _listen_for_sync(self, cob_id: int) -> None:
-        """Replaces the previous one; 0: none."""
+        """Listen for SYNC at `cob_id` instead of the previous identifier; 0: do not listen."""
         if self._sync:
             self.network.unsubscribe(self._sync, self._on_sync)
         self._sync = cob_id

@@ -19,9 +19,9 @@ _HIGHEST_ID = 127
 class LssSlave:
     """`identity` returns the four numbers of object 1018h, `id` the node-ID.
 
-    `pending` is the node-ID from the next reset of the communication on, `stored` the one from the next reset of the
-    node on. The bus's bit rate is not changed, so such requests are refused. Fast scans are for devices without a
-    node-ID, which this one always has.
+    `pending` is the node-ID that takes effect at the next reset of the communication, `stored` the one at the next
+    reset of the node. Requests to change the bus's bit rate are refused. Fast scans are ignored: they find devices
+    without a node-ID, and this device always has one.
     """
 
     def __init__(self, identity: Callable[[], list[int]], id: int) -> None:
@@ -31,7 +31,7 @@ class LssSlave:
         self._met: dict[range, int] = {}  # so many numbers of a row have fitted, one after the other
 
     def answer(self, request: bytes) -> bytes | None:
-        """Eight bytes, or None for no answer."""
+        """Return the response to an LSS request, eight bytes, or None for no response."""
         code, number = request[0], int.from_bytes(request[1:5], "little")
         found: bytes | None = None
         if code == _GLOBAL:

@@ -16,10 +16,10 @@ _STANDARD = 0x7FF  # identifiers above are extended
 
 
 class LabCanopen(Network):  # type: ignore[misc]
-    """Connected from its creation; it takes all frames of `node`.
+    """A network that is connected from its creation and receives all frames of `node`.
 
     `add_node` makes remote nodes whose SDO transfers and waits for heartbeats, PDOs and emergencies let the lab's time
-    pass; `errors` are what frames that make no sense have led to. `time.transmit` sends the wall clock's time.
+    pass; `errors` are the exceptions that invalid frames have caused. `time.transmit` sends the wall clock's time.
     """
 
     def __init__(self, node: LabNode) -> None:
@@ -33,7 +33,7 @@ class LabCanopen(Network):  # type: ignore[misc]
         return self._frames.errors
 
     def connect(self, *_: Any, **__: Any) -> Network:
-        """Raises BadValue: it is already connected."""
+        """Raise BadValue: the network is already connected."""
         raise BadValue(f"this network is on {self.node.line.name} already")
 
     def disconnect(self) -> None:
@@ -58,11 +58,11 @@ class LabCanopen(Network):  # type: ignore[misc]
         return super().add_node(node)
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
-        """Raises QueueFull, Closed."""
+        """Queue a frame. Raises QueueFull, Closed."""
         self.node.send(_frame(can_id, data, remote))
 
     def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
-        """The first frame is sent immediately. The returned task has `stop` and `update`."""
+        """Send a frame immediately, and then periodically. The returned task has `stop` and `update`."""
         task = LabTask(self.node, _frame(can_id, data, remote), period)
         self._tasks.add(task)
         return task

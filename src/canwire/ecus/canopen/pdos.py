@@ -19,7 +19,9 @@ _COM_RX, _MAP_RX, _COM_TX, _MAP_TX, _END = 0x1400, 0x1600, 0x1800, 0x1A00, 0x1C0
 
 
 class Pdos:
-    """The PDOs of `node`. It calls `begin` and `end` around operational; `short` counts RPDOs with too few bytes."""
+    """The PDOs of `node`, which calls `begin` when it enters the state operational, and `end` when it leaves it.
+
+    `short` counts RPDOs with too few bytes."""
 
     def __init__(self, node: LocalNode) -> None:
         self.running = False
@@ -31,7 +33,8 @@ class Pdos:
             pdo.add_callback(self._received)
 
     def begin(self) -> None:
-        """Operational: TPDOs on change are sent once, or repeatedly by their event timer."""
+        """Start the PDOs of an operational node: send TPDOs on change once, and repeatedly if they
+        have an event timer."""
         self.running, self._syncs = True, 0
         self._due.clear()
         for pdo in self._node.rpdo.map.values():
@@ -46,7 +49,7 @@ class Pdos:
             pdo.stop()
 
     def written(self, index: int, subindex: int) -> None:
-        """An object was written; its value may have changed."""
+        """Handle the writing of an object, whose value may have changed."""
         if not self.running:
             return
         if _COM_RX <= index < _END:
@@ -59,7 +62,7 @@ class Pdos:
                     self._send(pdo)
 
     def on_sync(self) -> None:
-        """TPDOs copy the dictionary's values, then RPDOs received since the last SYNC change it."""
+        """Handle a SYNC: TPDOs copy the dictionary's values, then RPDOs received since the last SYNC change them."""
         if not self.running:
             return
         self._syncs += 1
@@ -98,7 +101,7 @@ class Pdos:
             self._send(pdo)
 
     def _send(self, pdo: PdoMap) -> None:
-        """Sends the dictionary's current values; restarts the event timer."""
+        """Send the dictionary's current values, and restart the event timer."""
         pdo.stop()
         self._due.discard(id(pdo))
         for var in pdo.map:
@@ -112,7 +115,7 @@ class Pdos:
         return any(var.get_data() != self._value(var) for var in pdo.map)
 
     def _value(self, var: PdoVariable) -> bytes:
-        """The dictionary's value; zeros until one is set."""
+        """Return the dictionary's value of the object; zeros until a value is set."""
         try:
             return bytes(self._node.get_data(var.index, var.subindex))
         except SdoAbortedError:
@@ -135,7 +138,7 @@ class Pdos:
 
 
 def _read(pdo: PdoMap) -> None:
-    """The dictionary's PDO; an incomplete or impossible one is off."""
+    """Read the PDO's definition from the dictionary; an incomplete or impossible PDO is disabled."""
     trouble = ""
     try:
         pdo.read()

@@ -31,7 +31,7 @@ class LabRemoteNode(RemoteNode):  # type: ignore[misc]
 
 
 class _LabSdo(SdoClient):  # type: ignore[misc]
-    """RESPONSE_TIMEOUT counts the lab's time."""
+    """An SDO client whose RESPONSE_TIMEOUT counts the lab's time."""
 
     def __init__(self, node: LabNode, rx_cobid: int, tx_cobid: int, dictionary: ObjectDictionary) -> None:
         super().__init__(rx_cobid, tx_cobid, dictionary)
@@ -49,7 +49,7 @@ class _LabSdo(SdoClient):  # type: ignore[misc]
 
 
 class _LabNmt(NmtMaster):  # type: ignore[misc]
-    """Waits in the lab's time."""
+    """An NMT master whose waits use the lab's time."""
 
     def __init__(self, node: LabNode, id: int) -> None:
         super().__init__(id)
@@ -57,7 +57,7 @@ class _LabNmt(NmtMaster):  # type: ignore[misc]
         self.state_update = LabCondition(node)
 
     def wait_for_bootup(self, timeout: float = 10) -> None:
-        """Raises NmtError after the timeout."""
+        """Wait for the boot-up message; raises NmtError after `timeout` seconds."""
         deadline_ns = self._time.now_ns + round(timeout * 1e9)
         self._state_received = None
         while self._state_received != 0:

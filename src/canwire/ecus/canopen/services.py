@@ -34,7 +34,7 @@ def number_at(node: LocalNode, index: int, otherwise: int) -> int:
 
 
 class Nmt(NmtSlave):  # type: ignore[misc]
-    """Resets call `reset(code)`, other changes of state call `entered()` at their end."""
+    """The NMT slave. A reset calls `reset(code)`; other changes of state call `entered()` at their end."""
 
     def __init__(
         self, id: int, node: LocalNode, reset: Callable[[int], None], entered: Callable[[], None]
@@ -81,7 +81,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
         self._heard_s = 0.0
 
     def forget(self) -> None:
-        """Discard the transfer that is under way."""
+        """Discard the block transfer in progress."""
         self._block = None
 
     def on_request(self, can_id: int, data: bytearray, timestamp: float) -> None:
@@ -97,7 +97,8 @@ class Sdo(SdoServer):  # type: ignore[misc]
             super().on_request(can_id, data, timestamp)
 
     def block_upload(self, data: bytearray) -> None:
-        """The client requests an object in blocks; a short one is sent without blocks if the client allows it."""
+        """Start a block upload that the client requests; a short object is sent without blocks if
+        the client allows it."""
         self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
         found = self._node.get_data(self._index, self._subindex, check_readable=True)
         if len(found) <= data[5]:
@@ -107,7 +108,7 @@ class Sdo(SdoServer):  # type: ignore[misc]
         self._block = BlockUpload(bytes(found), bytes(data[1:4]), data[4], crc, self.send_response)
 
     def block_download(self, data: bytearray) -> None:
-        """The client writes an object in blocks."""
+        """Start a block download, by which the client writes an object."""
         self._index, self._subindex = int.from_bytes(data[1:3], "little"), data[3]
         index, subindex = self._index, self._subindex
         size = int.from_bytes(data[4:8], "little") if data[0] & _SIZED else None
@@ -144,13 +145,13 @@ class Emergencies(EmcyProducer):  # type: ignore[misc]
             super().send(code, register, data)
 
     def reset(self, register: int = 0, data: bytes = b"") -> None:
-        """The error has ended."""
+        """Report that the error has ended."""
         self._keep(0, register, data)
         if self._may():
             super().reset(register, data)
 
     def set_cob_id(self, value: int) -> None:
-        """The value of object 0x1014."""
+        """Set the identifier and validity from a value of object 0x1014."""
         self.cob_id, self.valid = value & 0x1FFF_FFFF, not value & _NOT_VALID
 
     def _may(self) -> bool:

@@ -30,7 +30,7 @@ Content = bytes | Callable[[], bytes]
 
 
 class Application(ControllerApplication):  # type: ignore[misc]
-    """Its timers pause while it has no address."""
+    """A ControllerApplication whose timers pause while it has no address."""
 
     def add_timer(self, delta_time: float, callback: Callable[[Any], Any], cookie: Any = None) -> None:
         def turn(cookie: Any) -> Any:
@@ -42,13 +42,14 @@ class Application(ControllerApplication):  # type: ignore[misc]
 class J1939Ecu:
     """`bus.node("engine", J1939Ecu(0x80))` in the lab, `J1939Ecu(0x80).start(unit)` on a connected unit of can-j1939.
 
-    It claims `address` half a second later, and gives way to who has the lower name: to the next address if its own
-    (`name`, can-j1939's) says arbitrary_address_capable, to none if not. `groups` are its parameter groups, by number
-    (PGN): up to 1785 bytes, or a function that returns them. Requests for them are answered, others that are addressed
-    to it get a negative acknowledgment; those in `cycles` are sent each so many seconds as well. `on_message(pgn,
-    source, data)` gets what others send, in one frame or many. `set_faults` has DM1 sent each second.
+    It claims `address` half a second later. If an ECU with a lower name claims the same address, this one moves to the
+    next address if its `name` (of can-j1939) is arbitrary_address_capable; otherwise it has no address. `groups` are
+    its parameter groups by number (PGN): up to 1785 bytes, or a function that returns them. Requests for them are
+    answered; requests to this ECU for other groups get a negative acknowledgment. Groups in `cycles` are also sent
+    periodically, with these periods in seconds. `on_message(pgn, source, data)` gets the messages of other ECUs, of one
+    frame or several. `set_faults` starts DM1, which is sent each second.
 
-    Groups from 0xF000 on go to everybody, also where one node asked: can-j1939 has no other way.
+    Groups from 0xF000 on are sent to all nodes, also in response to one node's request: can-j1939 cannot do otherwise.
     """
 
     def __init__(
@@ -95,7 +96,7 @@ class J1939Ecu:
 
     @property
     def address(self) -> int | None:
-        """The address; None while it has none."""
+        """The address; None while the ECU has none."""
         return int(self.application.device_address) if self.state == "claimed" else None
 
     @property
@@ -104,10 +105,10 @@ class J1939Ecu:
         return _STATES[self.application.state]
 
     def send(self, pgn: int, data: bytes, destination: int = GLOBAL, priority: int = _PRIORITY) -> None:
-        """One frame; more than 8 bytes by BAM to all nodes, by RTS and CTS to one.
+        """Send a message: one frame, or for more than 8 bytes by BAM to all nodes, by RTS and CTS to one node.
 
-        It waits for another long message to the same destination to end. Raises BadValue for more than 1785 bytes,
-        and can-j1939's RuntimeError while there is no address.
+        It waits until another long message to the same destination has ended. Raises BadValue for more than 1785 bytes,
+        and can-j1939's RuntimeError while the ECU has no address.
         """
         _check(pgn, data)
         message = pgn, bytes(data), destination, priority
@@ -118,7 +119,8 @@ class J1939Ecu:
                     self.application.add_timer(_RETRY_S, self._retry)
 
     def set_faults(self, faults: Sequence[Mapping[str, int]], lamps: Mapping[str, int] | None = None) -> None:
-        """Start DM1: faults with `spn`, `fmi`, perhaps `oc`; lamps `pl`, `awl`, `rsl`, `mil` (j1939.DtcLamp)."""
+        """Start DM1: each fault has `spn`, `fmi` and optionally `oc`; the lamps are `pl`, `awl`, `rsl`, `mil`
+        (j1939.DtcLamp)."""
         begun = bool(self._faults or self._lamps)
         self._faults, self._lamps = [dict(fault) for fault in faults], dict(lamps or {})
         if not begun:

@@ -31,10 +31,11 @@ class _LabClock:
 
 
 class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
-    """Connected from its creation; it takes all frames of `node`. Controller applications are added as in can-j1939.
+    """A unit that is connected from its creation and receives all frames of `node`.
 
-    Timers do not keep the lab from being idle, messages on their way do. `errors` are what frames that make no sense
-    have led to. `max_cmdt_packets` (1 to 255) is how many packets a CTS allows. Classic frames alone (J1939-21).
+    Controller applications are added as in can-j1939. A lab with waiting timers counts as idle, one with queued
+    messages does not. `errors` are the exceptions that invalid frames have caused. `max_cmdt_packets` (1 to 255) is the
+    number of packets that a CTS allows. Only classic frames are used (J1939-21).
     """
 
     def __init__(self, node: LabNode, max_cmdt_packets: int = 1) -> None:
@@ -60,7 +61,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
         return self._frames.errors
 
     def add_timer(self, delta_time: float, callback: Callback, cookie: Any = None) -> None:
-        """Call back after `delta_time` seconds of the lab's time; repeated while it returns True."""
+        """Call `callback` after `delta_time` seconds of the lab's time, and repeatedly while it returns True."""
         time, period_ns = self.node.time, max(1, round(delta_time * 1e9))
 
         def start(due_ns: int) -> None:
@@ -93,7 +94,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
     disconnect = stop
 
     def send_message(self, can_id: int, extended_id: bool, data: Any, fd_format: bool = False) -> None:
-        """Raises QueueFull, Closed."""
+        """Queue a frame. Raises QueueFull, Closed."""
         self.node.send(Frame(can_id, bytes(data), extended=extended_id))
 
     def __repr__(self) -> str:
@@ -104,7 +105,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
             self.notify(frame.id, bytearray(frame.data), (frame.timestamp_ns or 0) / 1e9)
 
     def _async_job_thread(self) -> None:
-        """Timers and turns run in the lab's time."""
+        """Do nothing: timers and turns run in the lab's time, without a thread."""
 
     def _job_thread_wakeup(self) -> None:
         self._turn_at(self.node.time.timeline.now_ns)
@@ -125,7 +126,7 @@ class LabJ1939(ElectronicControlUnit):  # type: ignore[misc]
 
 
 def _transport_by(clock: _LabClock) -> Any:
-    """J1939_21 as it is, from a copy of its module whose `time` is this clock: other users keep the real one."""
+    """Load a copy of can-j1939's J1939_21 whose `time` is this clock; other users keep the original module."""
     found = find_spec("j1939.j1939_21")
     assert found is not None
     assert found.loader is not None

@@ -68,7 +68,7 @@ class LabFaults(Faults):
         return f"{self._home.name}: {call(name, given)}"
 
     def _takes(self, name: str, **given: object) -> bool:
-        """Whether a fault without a separate object takes place."""
+        """Whether the lab's selection lets a fault take place that has no object to cancel, such as a short."""
         selection = self._time.selection
         return selection is None or selection.takes(FAULTS, partial(self._words, name, given))
 

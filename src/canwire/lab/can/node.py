@@ -87,7 +87,8 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         return places[count] if count < len(places) else len(records)
 
     def _takes(self, frame: Frame) -> bool:
-        """Whether the frame is sent. A frame that is not selected counts as sent, but is not queued."""
+        """Whether the lab's selection lets the frame be sent; callers treat other frames as sent
+        without queuing them."""
         selection = self.time.selection
         return selection is None or selection.takes(
             FRAMES, lambda: f"{self._full_name}: {format_frame(frame)}"

@@ -1,4 +1,4 @@
-"""Vector's ASC: text, a line for an entry. CAN, CAN FD, error frames, LIN frames; the rest in comments of canwire.
+"""Vector's ASC: text with a line for each entry. CAN, CAN FD, error frames, LIN frames; other entries are comments.
 
 Source: Vector's description of the ASC logging format, as shown by public logs and python-can.
 """

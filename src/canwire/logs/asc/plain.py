@@ -1,4 +1,5 @@
-"""ASC's usual line by numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`, with any text after the data."""
+"""Reads ASC's most common line with numpy: `0.001234 1  123x  Rx   d 8 11 22 33 44 55 66 77 88`,
+also with more text."""
 
 from __future__ import annotations
 
@@ -16,20 +17,21 @@ _LAST_S = 9_000_000_000
 
 
 def candidates(fields: Fields) -> Any:
-    """The lines that may be plain, by the number of words and the `d` of data."""
+    """Select the lines that may be plain, by the number of words and the `d` of data."""
     kind = fields.at(_KIND, slice(None))
     return (fields.count > _DLC) & (kind.size == 1) & (kind.character(0) == ord("d"))
 
 
 def changing(fields: Fields) -> Any:
-    """Whatever does not begin with a digit or a sign is no event: heads and comments; empty lines are nothing."""
+    """Select the lines that begin with neither a digit nor a sign: headers and comments, which are no events."""
     first = fields.at(0, slice(None)).character(0)
     digit = ((first >= 48) & (first <= 57)) | (first == ord("-"))
     return ~digit & (fields.count > 0)
 
 
 def records(fields: Fields, those: Any, zero_ns: int) -> tuple[numpy.ndarray, Any, Any]:
-    """Data frames with hex data, whose times count from `zero_ns`; which of them they are; numbers of channels."""
+    """Return records of data frames with hex data, with times relative to `zero_ns`; a mask of the lines that
+    really are such frames; and the channels' numbers."""
     numpy = load_numpy()
     found = numpy.zeros(len(those), log_dtype())
     time_ns, good = fields.at(_TIME, those).nanoseconds(9)

@@ -1,4 +1,4 @@
-"""ASC in: lines of any writer, and what our comments add; the usual ones by numpy (plain.py)."""
+"""Reads ASC: lines of any writer, and canwire's own comments; the most common lines with numpy (plain.py)."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Lines that are frames, error frames and comments of ours; other events are left out."""
+    """Yield frames, error frames and canwire's own comments; other events are left out."""
     return read_blocks(source, _Parser(source))
 
 
 class _Parser:
-    """One file's lines."""
+    """Parses the lines of one file."""
 
     separator: int | None = None
 
@@ -59,7 +59,7 @@ class _Parser:
         self._names: dict[int, str] = {}
 
     def entry(self, line: str) -> LogEntry | None:
-        """The line's entry; raises BadText, BadFrame, ValueError for one that is wrong."""
+        """Return the entry of this line; raises BadText, BadFrame, ValueError for an invalid line."""
         event = _EVENT.fullmatch(line)
         if event is None:
             if line.startswith(OURS):
@@ -73,7 +73,8 @@ class _Parser:
         return plain.changing(fields)
 
     def candidates(self, fields: Fields) -> Any:
-        """None with decimal data, with times that count from the line before, and where no time could be one."""
+        """Select the lines that may be plain; none if data are decimal, times relative to the previous line or out of
+        range."""
         usual = self._base == 16 and not self._relative and abs(self._zero_ns or 0) < 1 << 62
         return plain.candidates(fields) if usual else fields.count < 0
 
@@ -81,7 +82,7 @@ class _Parser:
         return plain.records(fields, those, self._zero_ns or 0)
 
     def name(self, key: Any) -> str:
-        """The channel of that number."""
+        """Return the name of the channel with this number."""
         return self._name(int(key))
 
     def _event(self, time_ns: int, text: str) -> LogEntry | None:

@@ -1,4 +1,4 @@
-"""ASC out: times from the log's beginning, whose date is in the head."""
+"""Writes ASC: times count from the beginning of the log, whose date is in the header."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KINDS = {"BusEvent": "CAN_EVENT", "LinEvent": "LIN_EVENT", "LogMark": "MARK"}
 
 
 class Writer(FormWriter):
-    """Numbers stand for channels; their names, marks and events are comments that begin with `// canwire`."""
+    """Channels are written as numbers; their names, marks and events are comments that begin with `// canwire`."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
 

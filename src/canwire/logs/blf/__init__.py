@@ -1,6 +1,6 @@
-"""Vector's BLF: objects in compressed containers. CAN, CAN FD, error frames, LIN frames; the rest in texts of canwire.
+"""Vector's BLF: objects in compressed containers. CAN, CAN FD, error frames, LIN frames; other entries are texts.
 
-Every `flush` ends a container and brings the head up to date: the file can be read even if its writer is killed.
+Every `flush` ends a container and updates the header: the file can be read even if its writer is killed.
 
 Source: the object layouts as public readers (python-can, vector_blf) describe them.
 """

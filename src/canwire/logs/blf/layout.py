@@ -44,7 +44,8 @@ def system_time(time_ns: int | None) -> tuple[int, ...]:
 
 
 def ns_of_system_time(numbers: tuple[int, ...]) -> int | None:
-    """Nanoseconds since 1970; None for zeros, for what is no date, and for one that no record holds."""
+    """Return nanoseconds since 1970; None for zeros, for an invalid date, and for a date outside
+    the range of records."""
     year, month, _, day, hour, minute, second, milli = numbers
     try:
         moment = datetime(year, month, day, hour, minute, second, tzinfo=UTC)

@@ -15,7 +15,7 @@ Made = tuple[int, Content, str | None]  # channel, content, direction
 
 
 def content_of_object(kind: int, body: bytes, time_ns: int) -> Made | None:
-    """What an object is; None for kinds that are no traffic. Raises BadText, BadFrame, struct.error."""
+    """Return the content of an object; None for kinds that are no traffic. Raises BadText, BadFrame, struct.error."""
     if kind in (b.CAN_MESSAGE, b.CAN_MESSAGE_2):
         return _can(body, time_ns)
     if kind == b.CAN_FD:
@@ -38,7 +38,7 @@ def content_of_object(kind: int, body: bytes, time_ns: int) -> Made | None:
 
 
 def text_of_object(body: bytes) -> str:
-    """What an APP_TEXT says."""
+    """Return the text of an APP_TEXT object."""
     length = b.TEXT.unpack_from(body)[2]
     return body[b.TEXT.size : b.TEXT.size + length].rstrip(b"\0").decode("utf-8", "replace")
 

@@ -1,4 +1,4 @@
-"""BLF in: runs of equal CAN objects by numpy, the rest one by one."""
+"""Reads BLF: runs of equal CAN objects with numpy, other objects one by one."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Every container; where the file is torn, that is a fault and the end."""
+    """Yield the entries of all containers; an incomplete container is a fault and ends the file."""
     load_numpy()
     reader = _Reader(source)
     at = reader.head(source.file.read(b.HEAD_SIZE))
@@ -61,7 +61,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 def _unpacked(source: Source, at: int, body: bytes) -> bytes:
-    """What a container holds; what can be unpacked of a damaged one."""
+    """Unpack a container; of a damaged one, return the part that can be unpacked."""
     method = int.from_bytes(body[:2], "little")
     packed = body[_CONTAINER_HEAD:]
     if method == b.NO_COMPRESSION:
@@ -85,7 +85,7 @@ def _unpacked(source: Source, at: int, body: bytes) -> bytes:
 
 
 class _Reader:
-    """The objects of one file."""
+    """Reads the objects of one file."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -97,7 +97,7 @@ class _Reader:
         self._span = _SPAN
 
     def head(self, head: bytes) -> int:
-        """Take what the file's head says; where the objects begin."""
+        """Read the file's header; returns the place of the first object."""
         if len(head) < b.HEAD_SIZE:
             self._source.fault("byte 0", f"a head of {len(head)} bytes, not {b.HEAD_SIZE}")
             return b.HEAD_SIZE
@@ -109,12 +109,12 @@ class _Reader:
         return max(int(values[1]), b.HEAD_SIZE)
 
     def finish(self, at: int) -> None:
-        """Say so if the last object is not whole."""
+        """Report a fault if the last object is incomplete."""
         if self._tail.strip(b"\0"):
             self._source.fault(f"byte {at}", f"the last object is cut: {len(self._tail)} bytes of it")
 
     def objects(self, content: bytes, base: int) -> Iterator[LogBatch]:
-        """Batches of the objects in a container, with what the one before it left over."""
+        """Yield batches of the objects in a container, including an object that began in the previous container."""
         self._tail += content
         if len(self._tail) < self._missing:
             return
@@ -178,7 +178,7 @@ class _Reader:
         return LogEntry(time_ns, self._name(number, isinstance(content, LinFrame)), content, direction)
 
     def _said(self, text: str, time_ns: int) -> LogEntry | None:
-        """What a text of ours says: a name, what the next object is, or an entry."""
+        """Interpret a text that canwire wrote: a channel's name, a detail of the next object, or an entry."""
         if not text.startswith(b.OURS):
             return None
         word, rest = text.removeprefix(b.OURS).split(" ", 1)
@@ -209,7 +209,8 @@ class _Reader:
         return self._names.get(number, f"{'lin' if lin else 'can'}{max(number - 1, 0)}")
 
     def _run(self, text: bytes, at: int) -> numpy.ndarray | None:
-        """Records of equal CAN_MESSAGE objects that follow each other here; None for few."""
+        """Return the records of equal CAN_MESSAGE objects that follow each other from here on; None if there are only
+        few."""
         if int.from_bytes(text[at + 8 : at + 12], "little") != _CAN_SIZE or self._next is not None:
             return None
         numpy = load_numpy()

@@ -1,4 +1,4 @@
-"""BLF out: CAN frames laid out by numpy, whatever else one by one."""
+"""Writes BLF: CAN frames with numpy, other entries one by one."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _PIECE = 2048
 
 
 class Writer(FormWriter):
-    """Numbers stand for channels; names, marks, LIN events and details of errors are texts: `canwire ...`."""
+    """Channels are written as numbers; names, marks, LIN events and details of errors are texts: `canwire ...`."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
 
@@ -86,7 +86,7 @@ class Writer(FormWriter):
             self.file.seek(end)
 
     def _begun(self, records: numpy.ndarray) -> numpy.ndarray:
-        """The same with no time before the beginning: objects count from there, upwards."""
+        """Return the records without times before the log's beginning: objects have unsigned times from there on."""
         early = records["time_ns"] < (self._zero_ns or 0)
         if early.any():
             self.leave_out("times before the log's beginning (that is written)", int(early.sum()))
@@ -128,7 +128,7 @@ class Writer(FormWriter):
                            *b.system_time(start), *b.system_time(stop))  # fmt: skip
 
     def _frames(self, records: numpy.ndarray, kind: int) -> Any:
-        """Objects of CAN frames of one kind, as rows of bytes."""
+        """Return objects of CAN frames of one kind, as rows of bytes."""
         numpy = load_numpy()
         info = records["info"]
         size = _SIZES[kind]

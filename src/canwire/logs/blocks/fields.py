@@ -1,6 +1,7 @@
 """Finds and reads the words or cells of many lines with numpy.
 
-A read column has numbers for all lines, and `those`, which says where they are valid; other numbers are arbitrary.
+A column that was read contains a number for each line, and a mask of the lines where the number is valid; other
+numbers are arbitrary.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ _ROOM = 64  # bytes behind the last line, to gather from
 
 
 class Fields:
-    """The fields of each line of a text, between blanks, or between commas if `separator` is one.
+    """The fields of each line of a text, separated by blanks, or by commas if `separator` is a comma.
 
-    `count` is how many fields each line has; `clean` lines consist of printable ASCII, blanks and tabs.
+    `count` is the number of fields in each line; `clean` lines consist of printable ASCII, blanks and tabs.
     """
 
     def __init__(self, text: bytes, separator: int | None = None) -> None:
@@ -54,7 +55,8 @@ class Fields:
         return self.text[self.line_begins[number] : self.line_ends[number]]
 
     def at(self, column: Any, those: Any) -> Column:
-        """This field (a number, or one for each line) of those lines; where one has fewer it means nothing."""
+        """Return this field (a number, or one for each line) of these lines; meaningless where a
+        line has fewer fields."""
         numpy = load_numpy()
         there = numpy.minimum(self._first[those] + column, len(self._begins) - 1)
         return Column(self._block, self._begins[there], self._ends[there])
@@ -68,7 +70,7 @@ class Fields:
 
 
 class Column:
-    """One field of every line: where it begins and ends in the block."""
+    """One field of every line: its beginning and end in the block."""
 
     def __init__(self, block: Any, begins: Any, ends: Any) -> None:
         self._block = block
@@ -76,13 +78,13 @@ class Column:
         self.size = ends - begins
 
     def character(self, place: int) -> Any:
-        """The byte at this place, from the end where it is negative."""
+        """Return the byte at this place of each field; negative places count from its end."""
         numpy = load_numpy()
         at = self.begins + (place if place >= 0 else self.size + place)
         return self._block[numpy.clip(at, 0, len(self._block) - 1)]
 
     def is_word(self, word: bytes) -> Any:
-        """Whether it is exactly this."""
+        """Whether each field is exactly this word."""
         found = self.size == len(word)
         for place, character in enumerate(word):
             found = found & (self.character(place) == character)
@@ -93,15 +95,16 @@ class Column:
         return Column(self._block, self.begins + begin, self.begins + begin + size)
 
     def decimal(self, most: int) -> tuple[Any, Any]:
-        """A whole number of 1 to `most` digits."""
+        """Read a whole number of 1 to `most` decimal digits; returns numbers and a mask of the valid ones."""
         return self._number(most, 10)
 
     def hexadecimal(self, most: int) -> tuple[Any, Any]:
-        """The same of hex digits."""
+        """Read a whole number of 1 to `most` hex digits; returns numbers and a mask of the valid ones."""
         return self._number(most, 16)
 
     def nanoseconds(self, digits: int) -> tuple[Any, Any]:
-        """`123.456789` as a whole number of 10 to the minus `digits`; without a point it is none."""
+        """Read `123.456789` as a whole number in units of 10 to the minus `digits`; a number without a point is
+        invalid."""
         numpy = load_numpy()
         point = numpy.full(len(self.begins), -1)
         for place in range(int(min(self.size.max(initial=0), 24)) - 1, 0, -1):
@@ -113,7 +116,8 @@ class Column:
         return whole * 10**digits + rest * scale, good & fine & (point > 0)
 
     def bytes_in_hex(self, into: Any, length: Any) -> Any:
-        """Pairs of hex digits that follow each other, so many in each line, put into rows; whether all were some."""
+        """Read `length` pairs of adjacent hex digits in each line into rows of `into`; returns a mask of the valid
+        lines."""
         numpy = load_numpy()
         good = numpy.ones(len(self.begins), bool)
         for place in range(int(length.max(initial=0))):
@@ -124,7 +128,7 @@ class Column:
         return good
 
     def pair(self) -> tuple[Any, Any]:
-        """Exactly two hex digits."""
+        """Read exactly two hex digits; returns numbers and a mask of the valid ones."""
         value, good = self._pair(0)
         return value, good & (self.size == 2)
 
@@ -146,7 +150,7 @@ class Column:
 
 
 def fill_data(fields: Fields, those: Any, first: int, length: Any, into: Any) -> Any:
-    """Bytes that are words of two hex digits each, from the word `first` on; whether so many are there."""
+    """Read bytes that are words of two hex digits each, from the word `first` on; returns a mask of the valid lines."""
     numpy = load_numpy()
     good = fields.count[those] >= first + length
     for place in range(int(length.max(initial=0))):
@@ -159,7 +163,7 @@ def fill_data(fields: Fields, those: Any, first: int, length: Any, into: Any) ->
 
 @cache
 def hex_digits() -> Any:
-    """The value of a digit's character, hex ones too, 0xFF for others."""
+    """Return a table of the values of hex digits by character, with 0xFF for other characters."""
     numpy = load_numpy()
     table = numpy.full(256, NO_DIGIT, numpy.uint8)
     for characters in ("0123456789ABCDEF", "0123456789abcdef"):
@@ -170,7 +174,7 @@ def hex_digits() -> Any:
 
 @cache
 def _dirt() -> Any:
-    """Which bytes are neither printable ASCII nor a blank, a tab, an end of line."""
+    """Return a table of the bytes that are neither printable ASCII nor a blank, a tab, or an end of line."""
     numpy = load_numpy()
     table = numpy.ones(256, bool)
     table[32:127] = False

@@ -20,25 +20,26 @@ _MOST_PARTS = 64  # of a block: with more of them, each line is read by itself
 
 
 class LineReader(Protocol):
-    """What a format knows of its lines. A line may change how later lines are read."""
+    """What a format must provide to read lines. A line may change how later lines are read."""
 
     separator: int | None
     """Of fields; None: blanks."""
 
     def entry(self, line: str) -> LogEntry | None:
-        """One line, None for no entry; raises BadText, BadFrame, ValueError, LookupError for a wrong one."""
+        """Return the entry of one line, None if it has none; raises BadText, BadFrame, ValueError, LookupError if
+        invalid."""
 
     def changing(self, fields: Fields) -> Any:
-        """Which lines may change how others are read, and are never plain."""
+        """Select the lines that may change how other lines are read; they are never plain."""
 
     def candidates(self, fields: Fields) -> Any:
-        """Which lines may be plain, as things stand."""
+        """Select the lines that may be plain, by the lines read so far."""
 
     def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
-        """Parse candidates: returns records, which of them are really plain, and the keys of their channels."""
+        """Parse candidates: returns records, a mask of those that are really plain, and the keys of their channels."""
 
     def name(self, key: Any) -> str:
-        """The channel of that key."""
+        """Return the name of the channel with this key."""
 
 
 def read_blocks(source: Source, reader: LineReader) -> Iterator[LogBatch]:
@@ -66,7 +67,7 @@ def blocks(source: Source) -> Iterator[bytes]:
 
 
 def read_block(source: Source, reader: LineReader, text: bytes, number: int) -> tuple[numpy.ndarray, int]:
-    """Records of some lines, the first of which has this number, and how many lines there are."""
+    """Read some lines, the first of which has this number; returns their records and the number of lines."""
     numpy = load_numpy()
     fields = Fields(text, reader.separator)
     changing = reader.changing(fields)
@@ -82,7 +83,7 @@ def read_block(source: Source, reader: LineReader, text: bytes, number: int) -> 
 
 
 class _Block:
-    """The lines of a block, line 0 being the file's line `number`."""
+    """The lines of a block; line 0 of the block is line `number` of the file."""
 
     def __init__(self, source: Source, reader: LineReader, fields: Fields, number: int) -> None:
         self._source = source
@@ -91,7 +92,7 @@ class _Block:
         self._number = number
 
     def read(self, begin: int, end: int) -> numpy.ndarray:
-        """Records of the lines from `begin` to `end`, none of which changes how the others are read."""
+        """Return records of the lines from `begin` to `end`, none of which changes how the others are read."""
         numpy = load_numpy()
         candidates = self._reader.candidates(self._fields) & self._fields.clean
         those = keys = begin + numpy.flatnonzero(candidates[begin:end])
@@ -115,7 +116,7 @@ class _Block:
         return numpy.insert(records, numpy.searchsorted(those, lines), more)
 
     def _numbers(self, those: Any, keys: Any, lines: list[int], entries: list[LogEntry]) -> Any:
-        """The channels of the plain lines; new names are numbered in the order of all lines."""
+        """Return the channels' numbers for the plain lines; new names are numbered in the order of all lines."""
         numpy = load_numpy()
         if not len(keys):
             different, first, which = keys, [], keys
@@ -136,7 +137,7 @@ class _Block:
 
 
 def _line_by_line(source: Source, reader: LineReader, text: bytes, number: int) -> tuple[numpy.ndarray, int]:
-    """The same without any plain lines."""
+    """Read some lines one by one, without the check for plain lines; returns their records and the number of lines."""
     entries, count = [], 0
     for raw in lines_of(text, source.limits.line_bytes):
         entry = parsed_line(source, reader.entry, number + count, raw)

@@ -1,4 +1,4 @@
-"""candump's forms: log lines (-l, -L, with -x too) and screen lines. LIN frames are as in `canwire lin dump -l`."""
+"""candump's formats: log lines (-l, -L, also with -x) and screen lines. LIN frames are as in `canwire lin dump -l`."""
 
 from canwire.logs.candump.reading import entries, read, recognises
 from canwire.logs.candump.writing import Writer

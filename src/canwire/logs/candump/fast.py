@@ -1,6 +1,6 @@
 """Reads the plain log lines of a block together with numpy: `(seconds.micros) name ID#DATA[ R|T]`.
 
-Each column of the text is gathered for all lines together; a line that has anything else in it is handed back.
+Each column of the text is gathered for all lines together; a line that contains anything else is returned as text.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ _LONGEST_NAME = 16
 
 
 def plain_lines(text: bytes, source: Source) -> tuple[numpy.ndarray, list[tuple[int, int, bytes]], int]:
-    """Records of the plain lines; (records before it, line, text) of each other line; how many lines there are."""
+    """Read the plain lines of a block.
+
+    Returns their records; for each other line the number of records before it, its number and its text; and the number
+    of lines."""
     numpy = load_numpy()
     block = numpy.frombuffer(text + b"\n" * 64, numpy.uint8)  # room to gather behind the last line
     ends = numpy.flatnonzero(block[: len(text)] == 10)
@@ -44,7 +47,7 @@ def plain_lines(text: bytes, source: Source) -> tuple[numpy.ndarray, list[tuple[
 
 
 class _Lines:
-    """The lines of a block: where they begin and end, and which of them are `plain` by the checks so far."""
+    """The lines of a block: their beginnings and ends, and which of them are `plain` by the checks so far."""
 
     def __init__(self, block: Any, starts: Any, ends: Any) -> None:
         numpy = load_numpy()
@@ -70,7 +73,7 @@ class _Lines:
         self.plain &= (block[self._close + 1] == 32) & (block[self._hash - self._digits - 1] == 32)
 
     def _only(self, character: int, starts: Any, ends: Any) -> tuple[Any, Any]:
-        """Where each line has this character, and whether it has it once."""
+        """Return the place of this character in each line, and whether the line contains it exactly once."""
         numpy = load_numpy()
         places = numpy.flatnonzero(self._block[: ends[-1] if len(ends) else 0] == character)
         first = numpy.searchsorted(places, starts)
@@ -79,7 +82,7 @@ class _Lines:
         return numpy.where(there, numpy.append(places, 0)[numpy.where(there, first, 0)], starts + 9), there
 
     def records(self) -> Any:
-        """A record for every line; those of lines that are not plain mean nothing."""
+        """Return a record for every line; the records of lines that are not plain are meaningless."""
         numpy = load_numpy()
         found = numpy.zeros(len(self._starts), log_dtype())
         found["time_ns"] = self._time_ns()
@@ -93,7 +96,7 @@ class _Lines:
         return found
 
     def channels(self, plain: Any, source: Source) -> Any:
-        """Numbers of the plain lines' names."""
+        """Return the channel numbers of the plain lines."""
         numpy = load_numpy()
         begin = self._close[plain] + 2
         length = self._hash[plain] - self._digits[plain] - 1 - begin

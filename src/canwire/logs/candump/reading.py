@@ -29,13 +29,13 @@ _LOOKED_AT = 40  # lines of a beginning
 
 
 def recognises(head: bytes) -> bool:
-    """Any of the first lines is one: a log may begin with a line that was cut."""
+    """Recognises the format if any of the first lines is a log or screen line: the first line may be incomplete."""
     lines = head.splitlines()[:_LOOKED_AT]
     return any(_LOG.match(line) or _SCREEN.match(line) for line in lines)
 
 
 def entries(source: Source) -> Iterator[LogEntry]:
-    """Entry by entry, without numpy."""
+    """Yield the entries one by one, without numpy."""
     parser = LineParser(source)
     number = 0
     while raw := source.file.readline(source.limits.line_bytes):
@@ -46,7 +46,7 @@ def entries(source: Source) -> Iterator[LogEntry]:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Some ten thousand lines at a time."""
+    """Yield batches of some ten thousand lines each."""
     from canwire.logs.candump.fast import plain_lines
 
     load_numpy()
@@ -61,7 +61,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 def _merged(
     records: numpy.ndarray, others: list[tuple[int, int, bytes]], first: int, parser: LineParser
 ) -> numpy.ndarray:
-    """The records with those of lines that are not plain, each before the record that followed its line."""
+    """Merge the records of plain lines with the entries of other lines, in the order of the file."""
     numpy = load_numpy()
     parser.check_times(records)
     places, found = [], []
@@ -77,14 +77,14 @@ def _merged(
 
 
 class LineParser:
-    """Lines as entries; what is none is a fault of the source."""
+    """Converts lines to entries; an invalid line is a fault of the source."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self._latest_ns: int | None = None
 
     def entry(self, number: int, raw: bytes) -> LogEntry | None:
-        """The entry of this line; None for empty lines, comments and faults."""
+        """Return the entry of this line; None for empty lines, comments and faults."""
         text = raw.decode("utf-8", "replace").rstrip("\r\n")
         if not text.strip() or text.startswith("#"):
             return None
@@ -114,7 +114,7 @@ class LineParser:
 
 
 def _parsed(text: str) -> LogEntry:
-    """The entry of a log line of CAN or LIN, or of a screen line; raises BadText of the form that it is nearest to."""
+    """Return the entry of a log line of CAN or LIN, or of a screen line; raises BadText of the most similar format."""
     try:
         return LogEntry(*parse_log_line(text))
     except BadText as error:

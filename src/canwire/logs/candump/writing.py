@@ -30,7 +30,7 @@ _PIECE = 8192  # records laid out together: the columns stay in the cache
 
 
 class Writer(FormWriter):
-    """Lines as `candump -L -x` prints them. A lost count becomes an error frame, receive overflow, without number."""
+    """Lines as `candump -L -x` prints them. A count of lost frames becomes an error frame (receive overflow)."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
 
@@ -80,7 +80,7 @@ def _name(channel: str) -> str:
 
 
 def _laid_out(records: numpy.ndarray, channels: list[str]) -> bytes:
-    """Plain classic data frames as lines."""
+    """Return plain classic data frames as lines."""
     numpy = load_numpy()
     names = [_name(name).encode() for name in channels]
     widest = max(map(len, names))
@@ -100,7 +100,7 @@ def _laid_out(records: numpy.ndarray, channels: list[str]) -> bytes:
 
 
 def _put_decimals(columns: Any, values: Any) -> None:
-    """Numbers as decimal digits, with leading zeros."""
+    """Write numbers as decimal digits, with leading zeros."""
     numpy = load_numpy()
     for column in range(columns.shape[1] - 1, -1, -1):
         rest = values // numpy.uint64(10)
@@ -109,7 +109,7 @@ def _put_decimals(columns: Any, values: Any) -> None:
 
 
 def _put_frames(line: Any, records: numpy.ndarray) -> None:
-    """` ID#DATA D` and the line's end; what is not there stays 0."""
+    """Write ` ID#DATA D` and the end of the line; unused columns stay 0."""
     numpy = load_numpy()
     pairs = _pairs()
     extended = records["info"] & EXTENDED != 0

@@ -1,8 +1,8 @@
 """MF4 by asammdf, in ASAM's layout for bus logging. Needs canwire[mf4].
 
-A group for data frames, remote frames and error frames each, and one for LIN frames; what others see are the structures
-CAN_DataFrame, CAN_RemoteFrame, CAN_ErrorFrame, LIN_Frame. Stamps are seconds from the head's date, in doubles: exact to
-a nanosecond for the first 100 days. Readable once it is closed.
+Data frames, remote frames, error frames and LIN frames have a group each; other programs see the structures
+CAN_DataFrame, CAN_RemoteFrame, CAN_ErrorFrame, LIN_Frame. Time stamps are seconds from the header's date, in doubles:
+exact to a nanosecond for the first 100 days. The file is readable once it is closed.
 
 Source: ASAM MDF Bus Logging 1.0 names, as asammdf and python-can use them.
 """

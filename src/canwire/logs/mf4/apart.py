@@ -25,9 +25,9 @@ FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # where libraries of t
 
 
 def read_apart(source: Source, read: Callable[[Source], numpy.ndarray]) -> numpy.ndarray:
-    """The records and properties that `read` finds in the source; without forks it reads in this process.
+    """Return the records and properties that `read` finds in the source; without fork, read in this process.
 
-    Raises BadLog: `read`'s own, for a reader that crashed, and for one that needs more than the source's limits.
+    Raises BadLog: that of `read`, for a reader that crashed, and for one that exceeds the source's limits.
     """
     if not FORKS:
         return read(source)
@@ -55,7 +55,7 @@ def read_apart(source: Source, read: Callable[[Source], numpy.ndarray]) -> numpy
 
 
 def _taken(source: Source, told: dict[str, object], records: IO[bytes]) -> numpy.ndarray:
-    """What the child found, in this process's source."""
+    """Copy the child's results to this process's source; returns the records. Raises BadLog."""
     if told["error"] == "memory":
         raise source.beyond("memory_bytes", "to read it takes more memory")
     if told["error"]:
@@ -70,7 +70,7 @@ def _taken(source: Source, told: dict[str, object], records: IO[bytes]) -> numpy
 def _read_here(
     source: Source, read: Callable[[Source], numpy.ndarray], records: IO[bytes], tell: int
 ) -> None:
-    """The child: it ends here, whatever happens, and runs nothing of the program that it was forked from."""
+    """Run the reader in the child process, and always end that process here, without returning to the program."""
     faulthandler.disable()  # the parent reports a crash
     try:
         _limit_memory(source.limits.memory_bytes)
@@ -91,7 +91,7 @@ def _read_here(
 
 
 def _limit_memory(size: int) -> None:
-    """So many bytes more than there are now."""
+    """Limit the memory of this process to its present size plus this number of bytes."""
     import resource
 
     with open("/proc/self/statm", encoding="ascii") as file:

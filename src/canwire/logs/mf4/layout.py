@@ -12,7 +12,7 @@ DATA, REMOTE_FRAME, ERROR, LIN = "CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorF
 
 
 def load_asammdf() -> Any:
-    """asammdf, or one clear line that names the extra."""
+    """Return asammdf; raises ExtraMissing, which names the extra."""
     try:
         import asammdf
         import asammdf.blocks.utils

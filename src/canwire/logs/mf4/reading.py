@@ -1,4 +1,4 @@
-"""MF4 in."""
+"""Reads MF4."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """All groups together, in the order of time. Raises BadLog for a file without bus logging."""
+    """Yield the entries of all groups in the order of time. Raises BadLog for a file without bus logging."""
     asammdf = load_asammdf()
     if source.path == "-":
         raise BadLog("mf4: cannot be read from standard input")
@@ -80,7 +80,7 @@ def _read(source: Source, mdf: Any) -> numpy.ndarray:
 
 
 def _column(samples: Any, name: str, column: str, usual: int = 0) -> Any:
-    """A column as numbers, whatever of it is there; texts like "Tx" as 1."""
+    """Return a column as numbers, default values if it is missing; texts such as "Tx" become 1."""
     numpy = load_numpy()
     full = f"{name}.{column}"
     if full not in samples.dtype.names:
@@ -90,7 +90,8 @@ def _column(samples: Any, name: str, column: str, usual: int = 0) -> Any:
 
 
 def _identifiers(samples: Any, name: str) -> Any:
-    """29 bits of each; where all have 11, some loggers (CANedge) have a column of 16 bits."""
+    """Return the 29 bits of each identifier; some loggers (CANedge) have a 16-bit column if all identifiers have 11
+    bits."""
     return _column(samples, name, "ID").astype("u4") & 0x1FFF_FFFF
 
 
@@ -120,7 +121,7 @@ def _can_records(source: Source, name: str, samples: Any, times_ns: Any) -> nump
 
 
 def _fit(source: Source, found: numpy.ndarray) -> numpy.ndarray:
-    """Without frames that could not be."""
+    """Return the records without invalid frames, which are faults of the source."""
     wrong = (found["info"] & EXTENDED == 0) & (found["id"] > 0x7FF)
     if count := int(wrong.sum()):
         source.fault("frames", f"{count} identifiers of more than 11 bits in standard frames")
@@ -162,7 +163,7 @@ def _lin_records(source: Source, name: str, samples: Any, times_ns: Any) -> nump
 
 
 def _begun(source: Source, name: str, samples: Any, times_ns: Any, kind: str) -> numpy.ndarray:
-    """Records with time, channel and direction."""
+    """Return records with time, channel and direction."""
     numpy = load_numpy()
     found = numpy.zeros(len(samples), log_dtype())
     found["time_ns"] = times_ns

@@ -1,4 +1,4 @@
-"""MF4 out."""
+"""Writes MF4."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from canwire.logs.mf4.layout import DATA, ERROR, FLAGS, LIN, REMOTE_FRAME, load_
 
 
 class Writer(FormWriter):
-    """Numbers stand for channels, from 1 on. Everything is kept in memory until `end`."""
+    """Channels are written as numbers from 1 on. All records are kept in memory until `end`."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset((LogKind.CAN_FRAME, LogKind.CAN_EVENT, LogKind.LIN_FRAME))
     opens: ClassVar[bool] = False
@@ -44,7 +44,7 @@ class Writer(FormWriter):
         self._parts.append(records)
 
     def sync(self) -> None:
-        """Does nothing: the file is written at its end."""
+        """Do nothing: the file is written at its end."""
 
     def end(self) -> None:
         numpy = load_numpy()
@@ -99,7 +99,7 @@ def _write(path: str, records: numpy.ndarray, channels: list[str], zero_ns: int)
 
 
 def _columns(name: str, records: numpy.ndarray, names: list[str], size: int) -> Any:
-    """Samples with a channel's number, a direction, and further columns of a byte each."""
+    """Return samples with the channel's number, the direction, and further columns of one byte each."""
     numpy = load_numpy()
     fields: list[Any] = [(f"{name}.BusChannel", "u1"), (f"{name}.ID", "<u4"), (f"{name}.Dir", "u1")]
     fields += [(f"{name}.{column}", "u1") for column in names]
@@ -126,7 +126,7 @@ def _can_samples(name: str, records: numpy.ndarray, size: int) -> tuple[Any, Any
 
 
 def _error_samples(records: numpy.ndarray, channels: list[str]) -> tuple[Any, Any]:
-    """Error frames as SocketCAN has them: classes in the identifier, eight bytes."""
+    """Return error frames in SocketCAN's form: error classes in the identifier, and eight bytes."""
     samples = _columns(ERROR, records, ["IDE", "EDL", "BRS", "ESI", "DLC", "DataLength"], 8)
     stored, size = records.tobytes(), LOG_RECORD_SIZE
     for number in range(len(records)):

@@ -22,7 +22,7 @@ class Block(NamedTuple):
 
 
 class Torn(Exception):
-    """The rest of the file holds no whole block."""
+    """Raised where the rest of the file contains no complete block."""
 
     def __init__(self, at: int, what: str) -> None:
         super().__init__(at, what)  # pickle calls `__init__` with these arguments
@@ -34,7 +34,7 @@ class Torn(Exception):
 
 
 def blocks(file: BinaryIO, at: int, order: str = "<") -> Iterator[Block]:
-    """Every block from here on; raises Torn at the first that is none."""
+    """Yield every block from here on; raises Torn at the first incomplete or invalid block."""
     while head := file.read(8):
         kind = int.from_bytes(head[:4], "little")
         if kind == SECTION:
@@ -57,7 +57,7 @@ def blocks(file: BinaryIO, at: int, order: str = "<") -> Iterator[Block]:
 
 
 def options(body: bytes, at: int, order: str) -> dict[int, bytes]:
-    """The options from this place of a block's body on, by their code."""
+    """Return the options from this place of a block's body on, by their code."""
     found = {}
     while at + 4 <= len(body):
         code, size = struct.unpack_from(order + "HH", body, at)
@@ -69,7 +69,7 @@ def options(body: bytes, at: int, order: str) -> dict[int, bytes]:
 
 
 def block(kind: int, body: bytes, told: dict[int, bytes]) -> bytes:
-    """A block's bytes, little-endian, with its options."""
+    """Return the bytes of a little-endian block with its options."""
     listed = b"".join(
         struct.pack("<HH", code, len(value)) + value + b"\0" * (-len(value) % 4)
         for code, value in told.items()

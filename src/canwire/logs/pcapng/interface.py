@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Interface:
-    """One interface: its channel in the log, link type, and what a time stamp counts."""
+    """One interface: its channel in the log, its link type, and the unit of its time stamps."""
 
     channel: int
     link: int

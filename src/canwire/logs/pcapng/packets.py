@@ -49,7 +49,7 @@ _LIN_SLEEPS = {0xB0B0_0001: LinEventKind.SLEEP, 0xB0B0_0002: LinEventKind.SLEEP,
 
 
 def content_of_packet(link: int, packet: bytes, timestamp_ns: int, sent: bool) -> Content:
-    """The frame or event in a packet; raises BadText, BadFrame, struct.error for what none could be."""
+    """Return the frame or event in a packet; raises BadText, BadFrame, struct.error for an invalid packet."""
     if link == LIN_LINK:
         return _lin_content(packet, timestamp_ns, sent)
     word, length, flags, code = _HEAD.unpack_from(packet)
@@ -79,9 +79,10 @@ def content_of_packet(link: int, packet: bytes, timestamp_ns: int, sent: bool) -
 
 
 def of_cooked(packet: bytes, order: str) -> tuple[bytes, bool]:
-    """A packet of Linux's "any" interface as one of CAN_LINK, and whether it was sent; raises BadText, struct.error.
+    """Convert a packet of Linux's "any" interface to CAN_LINK; also returns whether it was sent.
 
-    Its identifier has the byte order of the file. Source: tcpdump.org, LINKTYPE_LINUX_SLL; libpcap pcap-util.c.
+    Its identifier has the byte order of the file. Raises BadText, struct.error.
+    Source: tcpdump.org, LINKTYPE_LINUX_SLL; libpcap pcap-util.c.
     """
     kind, protocol = _COOKED.unpack_from(packet)
     if protocol not in _COOKED_CAN:
@@ -91,13 +92,13 @@ def of_cooked(packet: bytes, order: str) -> tuple[bytes, bool]:
 
 
 def packet_of_event(event: BusEvent) -> bytes:
-    """An error frame's packet."""
+    """Return the packet of an error frame."""
     id, data = encode_error_frame(event)
     return _HEAD.pack(id, 8, 0, 0) + data
 
 
 def packet_of_lin(frame: LinFrame) -> bytes:
-    """A LIN frame's packet; a header alone has no response, which is an error in a LIN packet."""
+    """Return the packet of a LIN frame; a header without response is an error in a LIN packet."""
     errors = _NO_RESPONSE if frame.header_only else 0
     model = _ENHANCED_SUM if frame.enhanced else _CLASSIC_SUM
     checksum = 0 if frame.header_only else frame.checksum
@@ -126,7 +127,7 @@ def _lin_content(packet: bytes, timestamp_ns: int, sent: bool) -> Content:
 
 
 def packets_of_frames(records: numpy.ndarray, size: int) -> Any:
-    """CAN frames as packets of this size, in rows of bytes: all classic, or all FD."""
+    """Return CAN frames as packets of this size, in rows of bytes: all classic, or all FD."""
     numpy = load_numpy()
     info = records["info"]
     fd = size == FD_SIZE
@@ -146,7 +147,7 @@ def packets_of_frames(records: numpy.ndarray, size: int) -> Any:
 
 
 def frames_of_packets(rows: Any) -> tuple[numpy.ndarray, Any]:
-    """Records of packets in rows of 16 or 72 bytes, without time and channel; and which of them are fit to be taken."""
+    """Return records of packets in rows of 16 or 72 bytes, without time and channel, and a mask of the valid ones."""
     numpy = load_numpy()
     found = numpy.zeros(len(rows), log_dtype())
     word = numpy.ascontiguousarray(rows[:, :4]).view(">u4")[:, 0].astype("u4")

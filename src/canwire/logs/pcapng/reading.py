@@ -1,4 +1,4 @@
-"""pcapng and pcap in: runs of equal CAN packets by numpy, the rest block by block."""
+"""Reads pcapng and pcap: runs of equal CAN packets with numpy, other blocks one by one."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Packets of both link types; a file without any interface of CAN or LIN raises BadLog."""
+    """Yield packets of both link types; a file without any interface of CAN or LIN raises BadLog."""
     load_numpy()
     magic = source.file.read(4)
     if magic in _PCAP:
@@ -84,7 +84,7 @@ class _Reader:
         self._span = _SPAN
 
     def batches(self, begin: bytes) -> Iterator[LogBatch]:
-        """Every batch; where the file is torn, that is a fault and the end."""
+        """Yield all batches; an incomplete block is a fault and ends the file."""
         text, at, ended = begin, 0, False
         while not ended or text:
             more = self._source.file.read(_READ)
@@ -97,7 +97,7 @@ class _Reader:
             raise BadLog(f"{self._source.path}: a capture of other links than CAN (227) and LIN (212)")
 
     def _chunk(self, text: bytes, base: int, last: bool) -> Any:
-        """Batches of what is whole in these bytes; gives back how many bytes that was."""
+        """Yield batches of the complete blocks in these bytes; returns their size in bytes."""
         at, found = 0, list[LogEntry]()
         while at < len(text):
             run = self._run(text, at)
@@ -130,7 +130,7 @@ class _Reader:
         return self._source.batch(found)
 
     def _block_size(self, text: bytes, at: int) -> int | None:
-        """The size that a block says it has; None for what is none, or is cut."""
+        """Return the size of a block by its header; None if the block is invalid or incomplete."""
         if text[at : at + 4] == _MAGIC and len(text) >= at + 12:
             self._order = "<" if text[at + 8 : at + 12] == b"\x4d\x3c\x2b\x1a" else ">"
         if len(text) < at + 8:
@@ -218,7 +218,8 @@ class _Reader:
         return LogEntry(time_ns, self._source.channels[interface.channel], content)
 
     def _run(self, text: bytes, at: int) -> tuple[numpy.ndarray, int] | None:
-        """Records of equal blocks that follow each other here, all CAN packets as we write them; None for few."""
+        """Return the records of equal CAN packets, in canwire's own layout, that follow each other from here on; None
+        for few."""
         numpy = load_numpy()
         if self._order != "<" or len(text) < at + 8 or text[at] != PACKET:
             return None

@@ -1,4 +1,4 @@
-"""pcapng out: CAN frames laid out by numpy, whatever else one by one."""
+"""Writes pcapng: CAN frames with numpy, other entries one by one."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Writer(FormWriter):
         self.out(block(PACKET, body, told), 1)
 
     def _interface(self, channel: int, link: int) -> int:
-        """The number of a channel's interface, which is described first."""
+        """Return the number of a channel's interface; a new interface is described first."""
         known = self._interfaces.get((channel, link))
         if known is None:
             known = self._interfaces[channel, link] = len(self._interfaces)
@@ -130,7 +130,7 @@ def _stamp(time_ns: int) -> bytes:
 
 
 def _blocks(records: numpy.ndarray, interfaces: Any, size: int) -> Any:
-    """Enhanced packet blocks of CAN frames, in rows of bytes."""
+    """Return enhanced packet blocks of CAN frames, in rows of bytes."""
     numpy = load_numpy()
     rows = numpy.zeros((len(records), size + _AROUND), "u1")
     words = rows.view("<u4")

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 class SignalFunctions:
-    """`signal_value(number, data)` and `signal_text(number, data)`: `number` counts `signals`."""
+    """`signal_value(number, data)` and `signal_text(number, data)`, where `number` is an index into `signals`."""
 
     def __init__(self, messages: Sequence[MessageDescription]) -> None:
         self.signals = [(message, signal) for message in messages for signal in message.signals.values()]
 
     def register(self, connection: Any) -> None:
-        """Make them functions of this DuckDB connection."""
+        """Register the functions on this DuckDB connection."""
         for name, kind, work in (
             ("signal_value", "DOUBLE", self._values),
             ("signal_text", "VARCHAR", self._texts),
@@ -33,7 +33,7 @@ class SignalFunctions:
             )  # fmt: skip
 
     def _values(self, numbers: Any, data: Any) -> Any:
-        """Numbers of signals and data of frames: physical values, null where the signal is not in the frame."""
+        """Return physical values, by numbers of signals and data of frames; null if the signal is not in the frame."""
         numpy, arrow = load_numpy(), load_pyarrow()
         found = numpy.empty(len(data), "f8")
         missing = numpy.zeros(len(data), bool)
@@ -45,7 +45,8 @@ class SignalFunctions:
         return arrow.array(found, mask=missing)
 
     def _texts(self, numbers: Any, data: Any) -> Any:
-        """The same: what the database calls these values, null where it has no word."""
+        """Return the texts of signals' values, by numbers of signals and data of frames; null for values without a
+        text."""
         numpy, arrow = load_numpy(), load_pyarrow()
         found = numpy.full(len(data), None, object)
         for rows, (message, signal), records in self._groups(numbers, data):
@@ -59,7 +60,7 @@ class SignalFunctions:
     def _groups(
         self, numbers: Any, data: Any
     ) -> Iterator[tuple[Any, tuple[MessageDescription, SignalDescription], numpy.ndarray]]:
-        """For each signal among them the rows, what it is, and their data as records."""
+        """Yield for each signal among the numbers the rows, its description, and the rows' data as records."""
         numpy = load_numpy()
         wanted = numbers.to_numpy()
         records = records_of_data(data.combine_chunks() if hasattr(data, "chunks") else data)

@@ -20,7 +20,7 @@ _HEX = re.compile(r"\b0[xX][0-9a-fA-F]+")
 
 
 def one_line(error: Exception, query: str, tables: Iterable[str]) -> str:
-    """`SQL, line 1, column 15: Table with name frams does not exist; did you mean frames?`"""
+    """Shorten an error: `SQL, line 1, column 15: Table with name frams does not exist; did you mean frames?`."""
     text = str(error)
     if text.startswith(_MEMORY):
         return f"{text.splitlines()[0]}; give it more (--memory; memory_bytes), or query less"
@@ -43,7 +43,8 @@ def one_line(error: Exception, query: str, tables: Iterable[str]) -> str:
 
 
 def unknown_names(query: str, messages: Sequence[str], signals: Sequence[str]) -> str:
-    """A message or signal that the query compares with and the database has not, with near ones; "" for none."""
+    """Return a message or signal of the query that the database does not define, with similar names; "" if there is
+    none."""
     known = {"message": messages, "signal": signals}
     for column, text in _LITERAL.findall(query):
         names = known[column.lower()]
@@ -53,7 +54,7 @@ def unknown_names(query: str, messages: Sequence[str], signals: Sequence[str]) -
 
 
 def _where(place: re.Match[str] | None, query: str) -> str:
-    """Line and column, where DuckDB shows a long line in part only."""
+    """Return line and column of an error; DuckDB may show only a part of a long line."""
     if place is None or place[1] == "1":
         return ""
     number, shown = int(place[1]), place[2]

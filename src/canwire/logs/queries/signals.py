@@ -1,8 +1,8 @@
-"""Signals of databases' messages as tables, decoded while a query runs, and only those that it asks for.
+"""Signals as tables: a query decodes, while it runs, only the signals that it uses.
 
-`signals` joins frames with a small table of what the database says. DuckDB hands a filter by message or signal through
-the join to the files as a filter by identifier, of which a trace's file has few row groups. Of several databases the
-first of a channel's that knows a frame counts, its own before those of all channels.
+`signals` joins frames with a small table of the database's messages. DuckDB converts a filter by message or signal
+into a filter of the files by identifier, and only few row groups of a trace's file match. If several databases
+define a frame, the first database of its channel is used, or else the first of those for all channels.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class SignalTables:
         self._create()
 
     def mention(self, query: str) -> None:
-        """Make the views of the messages that this query has the name of."""
+        """Create the views of the messages whose names this query contains."""
         for word in {word.lower() for word in re.findall(r"\w+", query)}:
             messages = self._messages.get(word)
             if messages and word not in self._made:
@@ -72,7 +72,8 @@ class SignalTables:
                 self._connection.execute(f"create view {view} as {parts}")
 
     def _identified(self, messages: list[MessageDescription]) -> dict[int, list[_Place]]:
-        """By message (its id()) its identifiers in this trace: a J1939 message has many, and the frames tell which."""
+        """Return by message (its id()) its identifiers in this trace: a J1939 message can have many, which the frames
+        show."""
         if not any(message.j1939 for message in messages):
             return {id(message): [(None, message.id, message.extended)] for message in messages}
         matching = Matching(messages)
@@ -85,7 +86,7 @@ class SignalTables:
         return found
 
     def _placed(self, databases: Sequence[tuple[str, Database]]) -> dict[int, list[_Place]]:
-        """The same of several databases, by the channels that the frames are on."""
+        """Return by message its identifiers in this trace for several databases, by the channels of the frames."""
         known = [(channel, list(one.messages.values())) for channel, one in databases]
         matchings = [(channel, messages, Matching(messages)) for channel, messages in known]
         matchings.sort(key=lambda one: not one[0])  # those of one channel first
@@ -117,7 +118,7 @@ class SignalTables:
         run(f"create schema {_SCHEMA}; set search_path = 'main,{_SCHEMA}'")
 
     def _wide(self, message: MessageDescription) -> str:
-        """A column for each signal, null where it is not in the frame."""
+        """Return a column for each signal, null where the signal is not in the frame."""
         columns = "".join(
             f", signal_value({number}, data) as {named(signal.name)}"
             for number, (one, signal) in enumerate(self._functions.signals)

@@ -1,4 +1,4 @@
-"""What a query reads: whole Parquet files, those of a trace, or made of a journal or of another log."""
+"""The Parquet files of a query: files of any origin, those of a trace, or files made from a journal or another log."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from canwire.logs.trace.files import files_of, is_journal, opened
 
 
 class QuerySource(NamedTuple):
-    """Files that DuckDB can read, all with the same columns, `sorted_` with a column `row`; and what was left out."""
+    """Files that DuckDB can read, all with the same columns; if `sorted_`, with a column `row`. Also lists faults."""
 
     files: list[str]
     dated: bool
@@ -25,9 +25,9 @@ class QuerySource(NamedTuple):
 
 
 def query_source(path: str, home: str) -> QuerySource:
-    """The files of a trace, or of any other log, which is written into `home` first; so are journals.
+    """Return the files of a trace, or of any other log; other logs and journals are first converted into `home`.
 
-    A file of a trace that cannot be read is a fault. Raises BadLog where there is nothing to read, OSError.
+    An unreadable file of a trace is a fault. Raises BadLog if there is nothing to read, OSError.
     """
     if os.path.isdir(path):
         return _checked(path, files_of(path), home)
@@ -63,14 +63,14 @@ def _checked(path: str, listed: list[Path], home: str) -> QuerySource:
 
 
 def _found(file: Path) -> Path:
-    """What it is called by now."""
+    """Return the present name of a file, which may have changed from a journal to a complete file."""
     handle, file = opened(file)
     handle.close()
     return file
 
 
 def _whole(journal: Path, made: Path, faults: list[LogFault]) -> Path:
-    """What a recording has in memory, or a killed one has left, as a file."""
+    """Convert the journal of a running or killed recording to a Parquet file."""
     with open_log(journal, format="journal") as log:
         convert_log(log, made)
         faults += [LogFault(f"{journal.name}, {where}", what) for where, what in log.faults]

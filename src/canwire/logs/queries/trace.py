@@ -57,12 +57,12 @@ class Trace:
 
     @property
     def dated(self) -> bool:
-        """`time` is a TIMESTAMP_NS (UTC), else seconds from the log's own zero."""
+        """True if `time` is a TIMESTAMP_NS (UTC); otherwise it is seconds from the log's zero."""
         return self._source.dated
 
     @property
     def tables(self) -> list[str]:
-        """The names of its tables, those of messages last."""
+        """The names of the tables; those of messages are last."""
         found = ["entries", *VIEWS]
         return found if self._signals is None else [*found, "signals", "messages", *self._signals.names]
 
@@ -73,7 +73,7 @@ class Trace:
 
     @property
     def fault_count(self) -> int:
-        """How many faults there are."""
+        """The number of faults."""
         return len(self._source.faults)
 
     def sql(self, query: str) -> Any:
@@ -103,7 +103,7 @@ class Trace:
         return BadValue(one_line(error, query, self.tables))
 
     def _placed(self, error: Exception, query: str) -> Exception:
-        """The same mistake with its place, which DuckDB's own `sql` leaves out; the query is not run for it."""
+        """Return the same error with its place, which DuckDB's `sql` leaves out; the query is not executed for this."""
         try:
             self.connection.execute(f"{EXPLAIN}\n{query}")
         except self._error as placed:
@@ -151,7 +151,7 @@ def open_trace(
 def _databases(
     told: _Described | Sequence[tuple[str, _Described]] | None,
 ) -> list[tuple[str, Database]]:
-    """Each with its channel, "" for all; raises BadDescription, BadValue."""
+    """Return each database with its channel, "" for all channels; raises BadDescription, BadValue."""
     if told is None:
         return []
     if isinstance(told, Database | str | os.PathLike):

@@ -1,4 +1,4 @@
-"""The tables that a query sees, over the columns of logs/tables/columns.py.
+"""The tables of a query, based on the columns of logs/tables/columns.py.
 
 Rows have the order of the files, by identifier: `order by time_ns, row` is the order in which they were recorded.
 """
@@ -45,7 +45,7 @@ VIEWS = {
 
 
 def entries(source: QuerySource) -> str:
-    """All rows, with `time`: a TIMESTAMP_NS (UTC) where the log is dated, else seconds from its zero."""
+    """Return the query for all rows, with `time`: a TIMESTAMP_NS (UTC) for a dated log, else seconds from its zero."""
     time = "make_timestamp_ns(time_ns)" if source.dated else "time_ns / 1e9"
     row = "row" if source.sorted_ else "0::uinteger as row"
     files = ", ".join(quoted(file) for file in source.files)
@@ -57,10 +57,10 @@ def entries(source: QuerySource) -> str:
 
 
 def quoted(text: str) -> str:
-    """A text in SQL."""
+    """Quote a text for SQL."""
     return "'" + text.replace("'", "''") + "'"
 
 
 def named(name: str) -> str:
-    """A name in SQL."""
+    """Quote a name for SQL."""
     return '"' + name.replace('"', '""') + '"'

@@ -117,7 +117,7 @@ class RecordingFiles:
             self._left_out.update(writer.left_out)
 
     def _finish(self, name: str) -> None:
-        """The file itself, of its journal; where that fails the journal stays, and no half of a file."""
+        """Convert the journal to the file. If that fails, the journal remains, and no incomplete file."""
         journal = name + SUFFIX
         try:
             with open_log(journal, format="journal") as log:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class HubSource:
-    """`channels` contains its name in the log, `address` identifies it among the lines of its bus.
+    """`channels` contains the line's name in the log; `address` identifies it among the lines of its bus.
 
     `epoch_ns` converts times to the wall clock.
     """
@@ -29,7 +29,7 @@ class HubSource:
 
     @property
     def reading(self) -> RingEnd:
-        """The queue that is emptied."""
+        """The queue that the recorder's thread empties."""
         return self._listener.reading
 
     def lost(self) -> list[int]:

@@ -21,7 +21,7 @@ _AT_ONCE = 1 << 16
 
 
 class LabSource:
-    """What a LabNode receives, its errors and states. `own`: the node was made for it and is removed with it."""
+    """The frames, errors and states that a LabNode receives. `own`: the node was made for it and is removed with it."""
 
     def __init__(self, node: Any, channel: str, *, own: bool) -> None:
         self.channels = [channel]
@@ -81,10 +81,10 @@ class LabSource:
 
 
 class LabLinSource(LabSource):
-    """What a LabLinNode receives, its errors and states."""
+    """The frames, errors and states that a LabLinNode receives."""
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events by their time; never waits."""
+        """Return frames and events by their time; never waits."""
         del timeout_s
         frames = self._node.receive_many(_AT_ONCE)
         entries = [

@@ -97,7 +97,7 @@ def record(
 
 
 def _check_holds_lin(path: str, format: str | None) -> None:
-    """Raise BadValue for a format in which nothing of a LIN line could be written."""
+    """Raise BadValue for a format that cannot hold any data of a LIN line."""
     row = format_to_write(path, format)
     if LogKind.LIN_FRAME in load_format(row).Writer.holds:
         return
@@ -117,7 +117,8 @@ def _sources(
     epoch_ns: int,
     closing: ExitStack,
 ) -> list[Any]:
-    """Of shared lines all together, which are lines of one hub; else one of each."""
+    """Return the sources of the lines: for names of shared lines, sources on one hub; otherwise one source for each
+    line."""
     if not lines:
         raise BadValue("no line to record")
     if all(isinstance(line, str) for line in lines):

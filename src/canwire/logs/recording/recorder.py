@@ -27,16 +27,16 @@ class RecordingSource(Protocol):
     address: str
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Received records of `log_dtype()`, waiting for the first; none if none came in time."""
+        """Return received records of `log_dtype()`, waiting for the first; none if none arrived in time."""
 
     def lost(self) -> list[int]:
-        """The frames and events of each channel lost so far because they were not read in time."""
+        """Return, for each channel, the number of frames and events lost so far because they were not read in time."""
 
     def marks(self) -> list[LogEntry]:
-        """Entries for the beginning of the log: bit rates, the clock."""
+        """Return entries for the beginning of the log: bit rates, the clock."""
 
     def start(self, drain: Callable[[], None]) -> bool:
-        """Call `drain` for new entries, if the source can; False: a thread must do it."""
+        """Arrange that `drain` is called for new entries; returns False if a thread must call it."""
 
     def close(self) -> None:
         """End the source."""
@@ -159,12 +159,12 @@ class Recorder:
             self._turn(_TURN_S)
 
     def _drain(self) -> None:
-        """What the lab's time calls; once closed there is nowhere to put anything."""
+        """Write new entries; called in the lab's time. Does nothing once the recording has ended or is closed."""
         if not self._over.is_set() and not self._closed:
             self._turn(0.0)
 
     def _turn(self, timeout_s: float) -> None:
-        """Take what there is, and write it; an error ends the recording and is kept for `close`."""
+        """Read the waiting records and write them; an error ends the recording and is kept for `close`."""
         try:
             records = self._wanted(self._source.take(timeout_s))
             if len(records):
@@ -179,7 +179,7 @@ class Recorder:
             self._over.set()
 
     def _wanted(self, records: numpy.ndarray) -> numpy.ndarray:
-        """Those before the recording's end."""
+        """Return the records before the end of the recording."""
         if self._until_ns is None:
             return records
         late = records["time_ns"] > self._until_ns
@@ -193,7 +193,7 @@ class Recorder:
                 self._files.write(LogBatch(piece, self._channels))
 
     def _has_ended(self, gate: Gate) -> bool:
-        """By its stamps, or by the clock where none come any more."""
+        """Whether a stopped recording has ended: by time stamps, or by the clock if no more entries arrive."""
         if gate.ending_s is None:
             self._ends_s = None
         elif self._ends_s is None:

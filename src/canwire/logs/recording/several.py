@@ -24,11 +24,11 @@ class QueuedSource(RecordingSource, Protocol):
 
     @property
     def reading(self) -> RingEnd:
-        """The queue that is emptied, to be waited on."""
+        """The queue to wait for."""
 
 
 class SeveralSources:
-    """Sources of a lab, which are complete up to now at any time."""
+    """Sources of a lab, which are complete up to the present time at any moment."""
 
     def __init__(self, sources: Sequence[RecordingSource]) -> None:
         self._sources = list(sources)
@@ -83,7 +83,8 @@ class SeveralShared(SeveralSources):
             end.assign(self._event)
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """The entries that no older one can follow, waiting for the first; without a timeout, all entries."""
+        """Return the entries that no older entry can follow, waiting for the first; without a timeout, return all
+        entries."""
         seen_ns = int(self._held["time_ns"].max(initial=0))
         found = self._taken()
         if not len(found) and not len(self._held):
@@ -104,7 +105,7 @@ class SeveralShared(SeveralSources):
 
 
 def _distinct(sources: Sequence[RecordingSource]) -> list[str]:
-    """Their names; lines on one bus, which have the same, have their addresses instead."""
+    """Return the sources' names; lines with the same name, because they are on one bus, get their addresses instead."""
     counts = Counter(source.channels[0] for source in sources)
     found = [one.channels[0] if counts[one.channels[0]] == 1 else one.address for one in sources]
     if len(set(found)) < len(found):

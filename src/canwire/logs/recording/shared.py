@@ -34,7 +34,7 @@ _EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.OVERRUN)
 
 
 class SharedSource(HubSource):
-    """What a channel receives; `epoch_ns` converts times to the wall clock."""
+    """The frames and events that a channel receives; `epoch_ns` converts times to the wall clock."""
 
     def __init__(
         self, channel: HubChannel, name: str, epoch_ns: int, status: LineStatus | None, closing: ExitStack
@@ -48,7 +48,7 @@ class SharedSource(HubSource):
             self._missed = stop.to_record()
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events in the order of reception."""
+        """Return frames and events in the order of reception."""
         if self._missed:
             heard, self._missed = load_numpy().frombuffer(self._missed, record_dtype()), b""
         else:
@@ -96,7 +96,7 @@ def shared_sources(
 
 
 def _places(hub: Hub, lines: Sequence[str]) -> list[tuple[str, LinePlace]]:
-    """Each line once, with its name in the log."""
+    """Return each line once, with its name in the log."""
     found: dict[str, tuple[str, LinePlace]] = {}
     for line in lines:
         if line == ANY:
@@ -114,7 +114,7 @@ def _places(hub: Hub, lines: Sequence[str]) -> list[tuple[str, LinePlace]]:
 
 
 def _shared_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedSource:
-    """A channel on this line, which is started unless it runs."""
+    """Return a source on this line, which is started if it does not run."""
 
     def refuse_other_rates(status: LineStatus) -> None:
         if not wanted.rates_agree(status.mode):

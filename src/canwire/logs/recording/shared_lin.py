@@ -28,7 +28,7 @@ _EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinEvent
 
 
 class SharedLinSource(HubSource):
-    """What a monitor receives; `epoch_ns` converts times to the wall clock."""
+    """The frames and events that a monitor receives; `epoch_ns` converts times to the wall clock."""
 
     def __init__(
         self, monitor: Monitor, name: str, epoch_ns: int, status: LinLineStatus | None, closing: ExitStack
@@ -38,7 +38,7 @@ class SharedLinSource(HubSource):
         self._status = status
 
     def take(self, timeout_s: float) -> numpy.ndarray:
-        """Frames and events in the order of reception."""
+        """Return frames and events in the order of reception."""
         end = self._monitor.reading
         if not end.ring.fill():
             self._monitor.check()
@@ -60,7 +60,7 @@ class SharedLinSource(HubSource):
 
 
 def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedLinSource:
-    """A source on this line with a monitor; the line is started as a slave unless it runs.
+    """Return a source with a monitor on this line, which is started as a slave if it does not run.
 
     Raises BadValue, HubError.
     """
@@ -82,7 +82,7 @@ def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str)
 
 
 def _start(hub: Hub, place: LinePlace, bit_rate: int | None) -> None:
-    """Unless it runs, or somebody else, who has its control, is about to start it."""
+    """Start the line if it does not run, unless another program has its control and may be about to start it."""
     if _status(hub, place).running:
         return
     try:

@@ -70,7 +70,8 @@ class Gate:
 
     @property
     def ending_s(self) -> float | None:
-        """After the last stop: the seconds that are still kept, for a line without further entries."""
+        """After the last stop: the number of seconds that are still kept, for a line without further entries; else
+        None."""
         ends = self._closes_ns is not None and self._is_last()
         return self._triggers.after_s if ends else None
 
@@ -125,7 +126,7 @@ class Gate:
         return piece
 
     def _keep(self, piece: numpy.ndarray) -> None:
-        """Remember what may turn out to have come before a start."""
+        """Keep these records for `before_s` seconds, in case a start follows."""
         before_ns = round(self._triggers.before_s * 1e9)
         if not before_ns or not len(piece):
             return

@@ -1,4 +1,5 @@
-"""How long the frames of a channel kept its bus, in equal steps of time that double when the log outgrows them."""
+"""Computes how long the frames of a channel occupied its bus, in equal time steps that double when
+the log needs more."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ _LIN_HEADER, _LIN_BYTE = 34, 10  # bits: break, delimiter, sync, identifier; sta
 
 
 class Busy:
-    """The busy time of one channel. `begin_ns` is where the first step begins."""
+    """The busy time of one channel. The first step begins at `begin_ns`."""
 
     def __init__(self, begin_ns: int) -> None:
         self.unknown = False
@@ -28,7 +29,7 @@ class Busy:
         self._sums = load_numpy().zeros(_STEPS)
 
     def add(self, records: numpy.ndarray, bit_rate: int, data_bit_rate: int) -> None:
-        """Frames at these rates, 0 for one that is not known."""
+        """Add frames at these bit rates, 0 for an unknown rate."""
         if not len(records):
             return
         lin = records["kind"] == LogKind.LIN_FRAME
@@ -45,7 +46,8 @@ class Busy:
         self._put(records["time_ns"].astype("i8"), busy_ns)
 
     def loads(self, end_ns: int) -> tuple[float, tuple[float, ...], float]:
-        """Seconds of a step, the load of each in percent, and that of all up to `end_ns`."""
+        """Return the seconds of a step, the load of each step in percent, and the load of the whole time up to
+        `end_ns`."""
         span_ns = max(end_ns - self._begin_ns, 0)
         count = min(span_ns // self._step_ns + 1, _STEPS)
         widths = [self._step_ns] * count
@@ -72,7 +74,7 @@ class Busy:
 
 
 def _lin_bits(records: numpy.ndarray) -> numpy.ndarray:
-    """At least: bytes may have spaces between them."""
+    """Return the minimum number of bits of each LIN frame: there may be spaces between its bytes."""
     numpy = load_numpy()
     info = records["info"]
     response = numpy.where(info & ID_ONLY, 0, ((info >> LENGTH_SHIFT & 0xFF) + 1) * _LIN_BYTE)

@@ -29,9 +29,9 @@ _TRANSMITTING = 0x80
 
 
 class ChannelCounts:
-    """One channel's numbers. `set_rates` are its own, by the log or by its name, 0 for one that is not known.
+    """The counts of one channel. `set_rates` are its bit rates, by the log or by the channel's name, 0 if unknown.
 
-    `usual_rates` are those of CAN channels that have none.
+    `usual_rates` are those of CAN channels without `set_rates`.
     """
 
     def __init__(self, name: str, set_rates: tuple[int, int], usual_rates: tuple[int, int]) -> None:
@@ -49,7 +49,7 @@ class ChannelCounts:
         return self.set_rates[0] or usual[0], self.set_rates[1] or usual[1]
 
     def add(self, records: numpy.ndarray) -> None:
-        """Entries of this channel, of every kind but marks."""
+        """Count entries of this channel, of every kind but marks."""
         kinds = records["kind"]
         for kind in (LogKind.CAN_FRAME, LogKind.LIN_FRAME):
             found = records[kinds == kind]
@@ -61,7 +61,7 @@ class ChannelCounts:
             self._add_events(records[kinds == LogKind.LIN_EVENT], TYPE_SHIFT, LinEventKind, LinErrorKind)
 
     def add_mark(self, kind: int, count: int) -> None:
-        """What the log says of itself here."""
+        """Count a mark, with which the log reports lost entries or a gap."""
         if kind == MarkKind.LOST:
             self._numbers["lost"] += count
         elif kind == MarkKind.GAP:
@@ -106,7 +106,7 @@ class ChannelCounts:
 
 
 def _named(values: Any, names: type[NamedInt]) -> dict[str, int]:
-    """How often each value is there, by its name; a value that has none by its number."""
+    """Return the number of occurrences of each value by its name; a value without a name is given by its number."""
     known = {int(one): one.name for one in names}
     counts = load_numpy().bincount(values.astype("i8"), minlength=1).tolist() if len(values) else []
     return {known.get(value, str(value)): count for value, count in enumerate(counts) if count}

@@ -53,7 +53,7 @@ def log_statistics(
 
 
 class Collector:
-    """Takes batches in the order of the log. Rates are by channel, with "" for all others."""
+    """Collects batches in the order of the log. Rates are by channel, with "" for all other channels."""
 
     def __init__(self, bit_rates: Mapping[str, int], data_bit_rates: Mapping[str, int]) -> None:
         self.dated = False
@@ -68,7 +68,7 @@ class Collector:
         self._entries = self._marks = self._nameless = 0
 
     def add(self, batch: LogBatch) -> None:
-        """Some entries."""
+        """Count the entries of a batch."""
         records = self._renumbered(batch)
         for at in range(0, len(records), _PIECE):
             piece = records[at : at + _PIECE]
@@ -105,7 +105,7 @@ class Collector:
         return counts.result(mean, step_s, loads)
 
     def _renumbered(self, batch: LogBatch) -> numpy.ndarray:
-        """The records, their channels counted by our own names."""
+        """Return the records of a batch, with channels numbered by the collector's names."""
         for name in batch.channels:
             if name not in self._names:
                 self._names.append(name)
@@ -158,7 +158,7 @@ class Collector:
         return int(mark["id"]) == MarkKind.BIT_RATE and _numbers(mark)[1:] != counts.set_rates
 
     def _set_rates(self, mark: Any) -> None:
-        """What the log says holds from here on; what it leaves open stays."""
+        """Use the bit rates of a mark from here on; a rate that the mark leaves out stays unchanged."""
         counts = self._channels[mark["channel"]]
         _, bit_rate, data_bit_rate = _numbers(mark)
         before = counts.set_rates
@@ -172,7 +172,7 @@ def _of_channel(records: numpy.ndarray, number: int) -> numpy.ndarray:
 
 
 def _numbers(mark: Any) -> tuple[int, int, int]:
-    """A mark's count and both bit rates, as batch.py has them."""
+    """Return a mark's count and both bit rates, from the places that batch.py defines."""
     data = mark["data"].tobytes()
     return (
         int.from_bytes(data[:8], "little"),

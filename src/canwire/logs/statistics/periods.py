@@ -1,7 +1,7 @@
 """Identifiers and their periods, as rows of one array: a batch is sorted by identifier, and its groups are added up.
 
-Means and deviations of batches are put together by Chan's formula, so nothing is kept but these rows and, until 32
-periods of an identifier are known, those.
+Means and deviations of batches are combined by Chan's formula. Only these rows are kept, and the periods of an
+identifier until 32 of them are known.
 Source: Chan, Golub, LeVeque, "Updating Formulae and a Pairwise Algorithm for Computing Sample Variances" (1979).
 """
 
@@ -42,7 +42,7 @@ class Identifiers:
         self._early: dict[int, list[float]] = {}
 
     def add(self, records: numpy.ndarray) -> None:
-        """Frames of CAN and LIN, in the order of the log."""
+        """Count frames of CAN and LIN, in the order of the log."""
         numpy = load_numpy()
         numbers = self._numbers_of(_keys_of(records))
         if (numbers < 0).any():
@@ -58,7 +58,7 @@ class Identifiers:
         self._add_groups(columns, numbers, begins)
 
     def results(self, channels: list[str]) -> list[IdentifierStatistics]:
-        """The results by the channel's name and the identifier."""
+        """Return the results in order of the channel's name and the identifier."""
         for number in list(self._early):
             self._settle(number)
         rows = self._rows[: self._known]
@@ -66,7 +66,7 @@ class Identifiers:
         return sorted(found, key=lambda one: (one.channel, one.lin, one.extended, one.id))
 
     def _numbers_of(self, keys: numpy.ndarray) -> numpy.ndarray:
-        """The row of each key, -1 for new ones that there is no room for."""
+        """Return the row of each key, -1 for a new key if the table is full."""
         numpy = load_numpy()
         numbers = self._looked_up(keys)
         if (numbers < 0).any() and self._known < MOST:
@@ -96,7 +96,7 @@ class Identifiers:
             self._rows = more
 
     def _add_groups(self, records: Columns, numbers: numpy.ndarray, begins: numpy.ndarray) -> None:
-        """Records that are sorted by their rows' `numbers`; a group begins at each of `begins`."""
+        """Add records that are sorted by their rows' `numbers`; a group begins at each of `begins`."""
         numpy = load_numpy()
         rows, those = self._rows, numbers[begins]
         times = records["time_ns"].astype("i8")
@@ -159,7 +159,7 @@ class Identifiers:
             rows["most"][those[longer]] = most[longer]
 
     def _add_early(self, number: int, periods: numpy.ndarray) -> None:
-        """Until the usual period is known."""
+        """Keep the first periods of an identifier until its median period is known."""
         early = self._early.setdefault(number, [])
         needed = _EARLY - len(early)
         early += periods[:needed].tolist()
@@ -168,7 +168,7 @@ class Identifiers:
             self._rows["gaps"][number] += _longer(periods[needed:], usual)
 
     def _settle(self, number: int) -> float:
-        """The usual period of an identifier, by the periods that were kept of it."""
+        """Compute the median period of an identifier from its first periods."""
         numpy = load_numpy()
         early = numpy.array(self._early.pop(number))
         usual = float(numpy.median(early))
@@ -182,7 +182,7 @@ def _longer(periods: numpy.ndarray, usual: float) -> int:
 
 
 def _keys_of(records: numpy.ndarray) -> numpy.ndarray:
-    """Channel, LIN or CAN, format and identifier in one number."""
+    """Combine channel, LIN or CAN, format and identifier in one number."""
     numpy = load_numpy()
     info, lin = records["info"], records["kind"] == LogKind.LIN_FRAME
     long = (info & EXTENDED != 0) & ~lin
@@ -203,7 +203,7 @@ def _counted(records: Columns) -> dict[str, numpy.ndarray]:
 
 
 def _lengths(records: Columns) -> numpy.ndarray:
-    """A bit for each length code."""
+    """Return a number with one bit set, at the place of the length code."""
     numpy = load_numpy()
     assert DLC_SHIFT == LENGTH_SHIFT
     return numpy.int64(1) << (records["info"] >> DLC_SHIFT & 15).astype("i8")

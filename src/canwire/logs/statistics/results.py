@@ -9,12 +9,11 @@ from dataclasses import dataclass, field
 class IdentifierStatistics:
     """All frames of one identifier on one channel, of CAN or of LIN (`lin`).
 
-    Times are nanoseconds as in the log. Periods are seconds between consecutive frames: `mean_s`, `least_s`,
-    `most_s` and `jitter_s`, their standard deviation; None with a single frame. `usual_s` is the median of the first 32
-    periods, and `gaps` counts those of more than three times that (none where that is 0: stamps are too coarse
-    to tell); the longest period ended at `most_at_ns`. `backwards`
-    counts stamps earlier than that of the previous frame; they are in no period. `dlcs` are the length codes that
-    occurred (LIN: bytes).
+    Times are nanoseconds as in the log. Periods are seconds between consecutive frames: `mean_s`, `least_s`, `most_s`
+    and `jitter_s`, their standard deviation; None with a single frame. `usual_s` is the median of the first 32 periods,
+    and `gaps` counts the periods of more than three times that (none if the median is 0 because time stamps are too
+    coarse); the longest period ended at `most_at_ns`. `backwards` counts time stamps earlier than that of the previous
+    frame; they are in no period. `dlcs` are the length codes that occurred (LIN: bytes).
     """
 
     channel: str
@@ -43,12 +42,13 @@ class IdentifierStatistics:
 class ChannelStatistics:
     """The statistics of one channel of a log.
 
-    `errors` are error frames by their kind ("STUFF": 3), of LIN as well; `events` all other events by theirs. `lost` is
-    how many frames the log says that it lacks, `overruns` frames before which some were lost, `gap_ns` the time in
-    which nothing was recorded. `bit_rate` and `data_bit_rate` in bit/s are the log's last ones, or those that were
-    given; 0: unknown. `loads` are percents of the bus for every `load_step_s` seconds from the log's first frame on,
-    `load` is that of the whole log; none and None where a rate is missing. Stamps that are coarser than a step put more
-    than 100 % into one. Error frames are not in the load: no log says how long they were.
+    `errors` are error frames by their kind ("STUFF": 3), also those of LIN; `events` are all other events by kind.
+    `lost` is the number of frames that are missing by the log's own account, `overruns` the number of frames before
+    which some were lost, `gap_ns` the time that was not recorded. `bit_rate` and `data_bit_rate` in bit/s are the log's
+    last ones, or those that were given; 0: unknown. `loads` are bus loads in percent for every `load_step_s` seconds
+    from the log's first frame on, `load` is that of the whole log; empty and None if a bit rate is missing. If time
+    stamps are coarser than a step, a step may exceed 100 %. Error frames are not in the load, because logs do not
+    contain their duration.
     """
 
     name: str
@@ -78,11 +78,11 @@ class ChannelStatistics:
 
 @dataclass(frozen=True, slots=True)
 class LogStatistics:
-    """The results of `log_statistics`: by channel and by identifier, each in the order of names and numbers.
+    """The results of `log_statistics`: by channel and by identifier, in the order of names and numbers.
 
-    `entries` are all that could be read, `marks` those that speak of the log itself; `unlisted` counts frames of
-    identifiers beyond the first 65,536, and records of a damaged file that are on no channel. Times are
-    nanoseconds, of 1970 where `dated`.
+    `entries` is the number of readable entries, `marks` the number of marks among them; `unlisted` counts frames of
+    identifiers beyond the first 65,536, and records of a damaged file that belong to no channel. Times are nanoseconds,
+    counted from 1970 if `dated`.
     """
 
     entries: int

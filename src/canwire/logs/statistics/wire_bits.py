@@ -1,7 +1,7 @@
-"""Counts the bits of many frames on the wire, stuff bits included.
+"""Counts the bits of many frames on the wire, including stuff bits.
 
-`bus/can/bits.py` measures frame by frame, compiled; here it is numpy, column by column, in either form of the
-core. Tests hold both against each other. Source: ISO 11898-1:2015 chapters 8.4 and 10.4.
+`bus/can/bits.py` measures frame by frame, compiled; this file uses numpy, column by column, whether or not the core is
+compiled. Tests compare both. Source: ISO 11898-1:2015 chapters 8.4 and 10.4.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _KIND = EXTENDED | REMOTE | EXTENDED_DATA_LENGTH | FAST_DATA_RATE | 15 << DLC_SH
 
 
 def wire_bits(records: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
-    """Bits of each CAN frame with its intermission, and how many of them are at the data bit rate (BRS).
+    """Return the bits of each CAN frame with its intermission, and how many of them use the data bit rate (BRS).
 
-    Frames with the same head but for identifier and data go together; `records` are of `log_dtype()` or
+    Frames whose heads differ only in the identifier are computed together; `records` are of `log_dtype()` or
     `record_dtype()`.
     """
     numpy = load_numpy()
@@ -48,7 +48,7 @@ def wire_bits(records: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
 
 
 def _different(kinds: numpy.ndarray) -> list[int]:
-    """The values that there are, without sorting all of them: info's frame bits fit in 16."""
+    """Return the different values without sorting all of them: the frame bits of info fit in 16 bits."""
     numpy = load_numpy()
     low = kinds >> numpy.uint32(10)  # bits 10 to 23
     found = numpy.flatnonzero(numpy.bincount(low, minlength=1))
@@ -56,7 +56,7 @@ def _different(kinds: numpy.ndarray) -> list[int]:
 
 
 class _Stuffing:
-    """Counts stuff bits of many frames, some bits of each at a time."""
+    """Counts the stuff bits of many frames, some bits of each frame at a time."""
 
     def __init__(self, count: int) -> None:
         numpy = load_numpy()
@@ -64,7 +64,7 @@ class _Stuffing:
         self.count = numpy.zeros(count, numpy.uint16)
 
     def feed(self, bits: numpy.ndarray, width: int) -> None:
-        """The next `width` bits of each frame, 8 at most."""
+        """Process the next `width` bits of each frame, 8 at most."""
         numpy = load_numpy()
         self._step &= numpy.uint16(0xF00)
         self._step |= bits
@@ -72,7 +72,7 @@ class _Stuffing:
         self.count += self._step & numpy.uint16(15)
 
     def end(self) -> None:
-        """A run of five at the end of the stuffed part has its stuff bit, too."""
+        """Count the stuff bit after a run of five bits at the end of the stuffed part."""
         numpy = load_numpy()
         self.count += (self._step & numpy.uint16(0x700)) == 0x500
 

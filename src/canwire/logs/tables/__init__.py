@@ -1,1 +1,1 @@
-"""Logs as tables: a row for an entry, in columns that mean the same in CSV, Parquet and SQLite (`columns.py`)."""
+"""Logs as tables: a row for each entry, with the same columns in CSV, Parquet and SQLite (`columns.py`)."""

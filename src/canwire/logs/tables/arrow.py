@@ -1,4 +1,4 @@
-"""The columns of columns.py as Arrow's, built from records and turned back without a loop. Needs canwire[parquet]."""
+"""The columns of columns.py as Arrow columns, converted from and to records without a loop. Needs canwire[parquet]."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def load_pyarrow() -> Any:
 
 
 def schema_of_log(arrow: Any) -> Any:
-    """The columns' types."""
+    """Return the types of the columns."""
     word = arrow.dictionary(arrow.int32(), arrow.string())
     types = {"time_ns": arrow.int64(), "channel": word, "direction": word, "type": word, "id": arrow.uint32(),
              "dlc": arrow.uint8(), "data": arrow.binary(), "detail": arrow.string()}  # fmt: skip
@@ -47,7 +47,7 @@ def schema_of_log(arrow: Any) -> Any:
 
 
 def table_of(arrow: Any, schema: Any, records: numpy.ndarray, channels: list[str]) -> Any:
-    """Records as a table of the columns in `schema`, in their order."""
+    """Convert records to a table of the columns in `schema`, in their order."""
     numpy = load_numpy()
     info = records["info"]
     is_frame = records["kind"] == LogKind.CAN_FRAME
@@ -81,7 +81,7 @@ def _words(arrow: Any, indices: Any, words: list[str]) -> Any:
 
 
 def _bytes(arrow: Any, data: Any, lengths: Any) -> Any:
-    """The data as binary values of these lengths."""
+    """Convert the data to binary values of these lengths."""
     numpy = load_numpy()
     offsets = numpy.zeros(len(lengths) + 1, "<i4")
     numpy.cumsum(lengths, out=offsets[1:])
@@ -94,7 +94,7 @@ def _bytes(arrow: Any, data: Any, lengths: Any) -> Any:
 
 
 def batch_of_table(source: Source, batch: Any, before: int = 0) -> tuple[LogBatch, numpy.ndarray]:
-    """Rows as records, and which rows these are; one that means nothing is a fault, counted from `before`."""
+    """Convert rows to records; also returns the rows' places. An invalid row is a fault, counted from `before`."""
     numpy = load_numpy()
     kinds = numpy.asarray(batch.column("type").dictionary_decode().to_numpy(zero_copy_only=False))
     records = _frames(source, batch)
@@ -119,7 +119,7 @@ def _entry(values: dict[str, Any]) -> LogEntry:
 
 
 def _frames(source: Source, batch: Any) -> numpy.ndarray:
-    """Records of all rows as if they were CAN frames."""
+    """Convert all rows to records as if they were CAN frames."""
     numpy = load_numpy()
     records = numpy.zeros(batch.num_rows, log_dtype())
     records["time_ns"] = batch.column("time_ns").to_numpy().astype("u8")
@@ -141,7 +141,7 @@ def _frames(source: Source, batch: Any) -> numpy.ndarray:
 
 
 def _data(batch: Any) -> tuple[Any, Any]:
-    """How long each row's data are, and all of them in a row."""
+    """Return the length of each row's data, and the data of all rows one after the other."""
     numpy = load_numpy()
     data = batch.column("data")
     offsets = numpy.frombuffer(data.buffers()[1], "<i4")[data.offset : data.offset + len(data) + 1]
@@ -150,7 +150,7 @@ def _data(batch: Any) -> tuple[Any, Any]:
 
 
 def _fit(records: numpy.ndarray, batch: Any) -> Any:
-    """Which rows are CAN frames that could be: others are looked at one by one, and say what is wrong."""
+    """Select the rows that are valid CAN frames; the others are converted one by one, which reports their errors."""
     numpy = load_numpy()
     lengths, _ = _data(batch)
     info = records["info"]

@@ -1,14 +1,14 @@
 """The columns of a log that is a table, from records and to them.
 
 time_ns     nanoseconds since 1970 or since the log's zero (CSV: time_s, seconds with nine decimals)
-channel     its name
+channel     name of the channel
 direction   R, T or nothing
 type        CAN_FRAME, CAN_EVENT, LIN_FRAME, LIN_EVENT, MARK
 id          identifier, a number (CSV: hex)
 extended, remote, fd, brs, esi   0 or 1
 dlc         data length code; of a LIN frame its length
 data        the bytes (CSV: hex)
-detail      of an event, a mark, an unusual LIN frame: a JSON object, see detail.py
+detail      of an event, a mark, a LIN frame that is not default: a JSON object, see detail.py
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Row(NamedTuple):
     detail: str
 
     def entry(self) -> LogEntry:
-        """The entry; raises BadText, BadFrame for what none has."""
+        """Return the entry; raises BadText, BadFrame for invalid columns."""
         if self.type not in LogKind.__members__:
             raise BadText(f"type {self.type!r}: one of {', '.join(LogKind.__members__)}")
         kind = LogKind[self.type]
@@ -92,7 +92,7 @@ class Row(NamedTuple):
 
 
 def lengths_of(records: numpy.ndarray) -> Any:
-    """How many data bytes each CAN frame has."""
+    """Return the number of data bytes of each CAN frame."""
     numpy = load_numpy()
     info = records["info"]
     is_fd = info & EXTENDED_DATA_LENGTH != 0
@@ -103,7 +103,7 @@ def lengths_of(records: numpy.ndarray) -> Any:
 
 
 def rows_of(records: numpy.ndarray, channels: list[str]) -> list[Row]:
-    """A row for each record: CAN frames by columns, the rest one by one."""
+    """Return a row for each record: CAN frames by columns, other records one by one."""
     numpy = load_numpy()
     info = records["info"]
     block = records["data"].tobytes()

@@ -1,4 +1,4 @@
-"""Entries as the tables of other programs have them, which say less than ours: what they lack is counted."""
+"""Entries as rows of other programs' tables, which hold less than canwire's: data that they cannot hold are counted."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PythonCanRow(NamedTuple):
 
 
 def python_can_rows(writer: FormWriter, records: numpy.ndarray) -> list[PythonCanRow]:
-    """These frames and events; python-can's tables have no channels, directions nor flags of CAN FD."""
+    """Return rows for these frames and events; python-can's tables hold no channels, directions or CAN FD flags."""
     left_out_of_all(writer, records, "CAN FD flags (data of more than 8 bytes tell)")
     if count := int((records["direction"] != 0).sum()):
         writer.leave_out("directions", count)
@@ -54,7 +54,7 @@ def python_can_rows(writer: FormWriter, records: numpy.ndarray) -> list[PythonCa
 
 
 def left_out_of_all(writer: FormWriter, records: numpy.ndarray, flags: str) -> None:
-    """Count FD frames, whose flags have no place."""
+    """Count FD frames, whose flags the table cannot hold."""
     is_fd = (records["kind"] == LogKind.CAN_FRAME) & (records["info"] & EXTENDED_DATA_LENGTH != 0)
     if count := int(is_fd.sum()):
         writer.leave_out(flags, count)

@@ -1,6 +1,6 @@
-"""SavvyCAN's CSV (GVRET), written: `1500000,00000123,false,Rx,0,2,11,22,`. `csv` reads it.
+"""Writes SavvyCAN's CSV (GVRET): `1500000,00000123,false,Rx,0,2,11,22,`. The format `csv` reads it.
 
-The stamp is in microseconds, and bytes from the seventh column on are data. Source: SavvyCAN's examples.
+The stamp is in microseconds, and the columns from the seventh on are data. Source: SavvyCAN's examples.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Writer(FormWriter):
 
 
 def recognises(head: bytes) -> bool:
-    """Never: `csv` does."""
+    """Return False: the format `csv` reads these files."""
     del head
     return False
 

@@ -1,7 +1,7 @@
-"""A file of a trace keeps its rows by identifier, each identifier's in the order of time: sorted here, and put back.
+"""Sorts the rows of a trace's file by identifier, then by time, and restores the order of recording.
 
 A query for one identifier then reads only a few row groups of a file, and similar rows compress well. The column `row`
-distinguishes entries of the same time: 0, 1, 2, ... in their order. Where the clock of a log runs backwards, `row`
+distinguishes entries of the same time: 0, 1, 2, ... in their order. If the clock of a log runs backwards, `row`
 is the place in the file, and the fact `order` of the file's metadata says "row" in place of "time_ns, row".
 """
 
@@ -20,7 +20,7 @@ BY_TIME, BY_ROW = "time_ns, row", "row"
 
 
 def rows_among(records: numpy.ndarray) -> tuple[Any, str]:
-    """The column `row` for records in their own order, and by what they are put back into it."""
+    """Return the column `row` for records in the order of recording, and the name of the order that restores it."""
     numpy = load_numpy()
     count = len(records)
     times = records["time_ns"]
@@ -43,7 +43,7 @@ def by_identifier(records: numpy.ndarray) -> Any:
 
 
 def in_order(batch: LogBatch, rows: Any, order: str) -> LogBatch:
-    """The records as they were recorded."""
+    """Return the records in the order in which they were recorded."""
     numpy = load_numpy()
     times = batch.records["time_ns"]
     if order == BY_ROW:

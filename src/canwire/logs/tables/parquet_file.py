@@ -56,7 +56,7 @@ class Writer(FormWriter):
             self._put_group()
 
     def sync(self) -> None:
-        """Does nothing: the file is complete only at its end."""
+        """Do nothing: the file is complete only at its end."""
 
     def end(self) -> None:
         try:
@@ -83,7 +83,8 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Yields batches by row group, a file of a trace as a whole. Raises BadLog for another table or a cut file."""
+    """Yield a batch for each row group, or for a whole file of a trace. Raises BadLog for another
+    table or a cut file."""
     file, about = open_parquet(source.path, source.file)
     source.dated, source.start_ns = about["dated"], about.get("start_ns")
     source.clock = about.get("clock", "")
@@ -94,7 +95,7 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 def open_parquet(path: str, file: Any) -> tuple[Any, dict[str, Any]]:
-    """The file and what it says of itself, "dated" at least; raises BadLog for one that is cut, or another table."""
+    """Return the file and its facts, at least "dated"; raises BadLog for an incomplete file, or another table."""
     arrow = load_pyarrow()
     try:
         opened = arrow.parquet.ParquetFile(file, page_checksum_verification=True)
@@ -121,7 +122,7 @@ def _about(opened: Any) -> dict[str, Any]:
 
 
 def _by_its_times(opened: Any) -> bool:
-    """Whether times are dates, where a file that others wrote does not say it."""
+    """Whether times are dates, judged by the first time, for a file of another program without this fact."""
     if not opened.metadata.num_row_groups:
         return False
     column = opened.metadata.row_group(0).column(opened.schema_arrow.names.index("time_ns"))
@@ -129,7 +130,7 @@ def _by_its_times(opened: Any) -> bool:
 
 
 def _sorted(source: Source, file: Any, order: str) -> Iterator[LogBatch]:
-    """All rows of a trace's file, as they were recorded."""
+    """Return all rows of a trace's file in the order of recording."""
     numpy = load_numpy()
     groups, rows = [], []
     for batch, kept, table in _groups(source, file, [*COLUMNS, ROW]):
@@ -142,7 +143,7 @@ def _sorted(source: Source, file: Any, order: str) -> Iterator[LogBatch]:
 
 
 def _groups(source: Source, file: Any, names: list[str]) -> Iterator[tuple[LogBatch, numpy.ndarray, Any]]:
-    """Records, which of the rows they were made of, and those rows, if they can be read."""
+    """Yield records, the places of their rows, and these rows; unreadable row groups are left out."""
     arrow = load_pyarrow()
     groups = file.iter_batches(ROW_GROUP, columns=names)
     before = 0

@@ -1,4 +1,6 @@
-"""python-can's CSV, written: `1.5,0x123,0,0,0,2,ESI=`. Source: python-can 4.6, can/io/csv.py. `csv` reads it."""
+"""Writes python-can's CSV: `1.5,0x123,0,0,0,2,ESI=`. The format `csv` reads it.
+
+Source: python-can 4.6, can/io/csv.py."""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ class Writer(FormWriter):
 
 
 def recognises(head: bytes) -> bool:
-    """Never: `csv` does."""
+    """Return False: the format `csv` reads these files."""
     del head
     return False
 

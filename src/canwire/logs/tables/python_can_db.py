@@ -1,4 +1,6 @@
-"""python-can's SQLite, written: a table `messages`. Source: python-can 4.6, can/io/sqlite.py. `sqlite` reads it."""
+"""Writes python-can's SQLite: a table `messages`. The format `sqlite` reads it.
+
+Source: python-can 4.6, can/io/sqlite.py."""
 
 from __future__ import annotations
 
@@ -28,14 +30,14 @@ class Writer(sqlite_file.Writer):
     index: ClassVar[str] = ""
 
     def rows(self, records: numpy.ndarray) -> list[tuple[object, ...]]:
-        """What goes into the table."""
+        """Return the rows of the table for these records."""
         return [(row.time_ns / 1e9, *row[1:]) for row in python_can_rows(self, records)]
 
     def about(self, database: sqlite3.Connection) -> None:
-        """Does nothing: python-can's file has one table."""
+        """Do nothing: python-can's file has one table."""
 
 
 def recognises(head: bytes) -> bool:
-    """Never: `sqlite` does."""
+    """Return False: the format `sqlite` reads these files."""
     del head
     return False

@@ -57,11 +57,11 @@ class Writer(FormWriter):
         self._pending += len(rows)
 
     def rows(self, records: numpy.ndarray) -> Sequence[tuple[object, ...]]:
-        """What goes into the table."""
+        """Return the rows of the table for these records."""
         return rows_of(records, self.channels)
 
     def about(self, database: sqlite3.Connection) -> None:
-        """Write what the log says of itself."""
+        """Write the facts of the log."""
         facts = {"version": "1", "dated": str(int(self.dated)), "clock": self.clock}
         if self.start_ns is not None:
             facts["start_ns"] = str(self.start_ns)
@@ -88,7 +88,7 @@ class Writer(FormWriter):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._database))
 
     def _make(self, path: str) -> None:
-        """A database without rows."""
+        """Make a database without rows."""
         open(path, "wb").close()  # says in the system's words what would be wrong with it
         with closing(sqlite3.connect(path)) as database:
             database.executescript(self.schema)
@@ -96,7 +96,7 @@ class Writer(FormWriter):
             database.commit()
 
     def _guarded(self, work: object) -> None:
-        """What SQLite says of a full disk, in the system's own words."""
+        """Call `work`; an error of SQLite for a full disk becomes the OSError of the system."""
         try:
             work()  # type: ignore[operator]
         except sqlite3.OperationalError as error:
@@ -113,7 +113,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Read rows by time; a row that means nothing is a fault. Raises BadLog for another database."""
+    """Yield batches of rows by time; an invalid row is a fault. Raises BadLog for another database."""
     if source.path == "-":
         raise BadLog("sqlite: a database cannot be read from standard input")
     with ExitStack() as closing_all:
@@ -127,7 +127,8 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 def _opened(path: str, closing_all: ExitStack) -> sqlite3.Connection:
-    """To be read only; a copy of it if its writer was killed while it wrote: SQLite has to take back what was begun."""
+    """Open a database only for reading; if its writer was killed, open a copy, because SQLite must undo unfinished
+    writes."""
     database = closing_all.enter_context(closing(_connected(path, "ro")))
     try:
         database.execute("select name from sqlite_master").fetchone()

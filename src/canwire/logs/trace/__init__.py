@@ -1,6 +1,6 @@
 """A trace: a folder of Parquet files, for logs larger than memory. `open_log` reads it, DuckDB queries it.
 
-Files have some million entries each, by identifier (tables/order.py). The growing file is a journal until it is
+Files have some million entries each, sorted by identifier (tables/order.py). The growing file is a journal until it is
 complete: flushed entries can be read even if the process is killed.
 """
 

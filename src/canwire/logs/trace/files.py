@@ -18,7 +18,7 @@ def file_name(number: int) -> str:
 
 
 def files_of(folder: str) -> list[Path]:
-    """Whole files and journals in their order, by name; a journal whose file is whole is left out.
+    """Return complete files and journals in their order, by name; a journal whose file is complete is left out.
 
     Raises BadLog for a folder that is no trace, OSError.
     """
@@ -35,7 +35,7 @@ def files_of(folder: str) -> list[Path]:
 
 
 def opened(path: Path) -> tuple[BinaryIO, Path]:
-    """The file, and what it is called by now: a journal may have become a whole file since it was listed."""
+    """Open the file, and return its present name: a journal may have become a complete file since it was listed."""
     try:
         return path.open("rb"), path
     except FileNotFoundError:
@@ -46,5 +46,5 @@ def opened(path: Path) -> tuple[BinaryIO, Path]:
 
 
 def is_journal(path: Path) -> bool:
-    """It grows, or its writer was killed."""
+    """Whether the file is a journal, because it grows or its writer was killed."""
     return path.name.endswith(SUFFIX)

@@ -53,7 +53,7 @@ class Packing:
             self.growing = None
 
     def _write(self) -> None:
-        """The file is there as a whole or not at all."""
+        """Write the file, completely or not at all."""
         rows, order = rows_among(self.records)
         places = by_identifier(self.records)
         arrow = load_pyarrow()
@@ -74,6 +74,6 @@ class Packing:
 
 
 def end_journal(growing: journal.Writer) -> None:
-    """Close its file; a second time does nothing."""
+    """Close the file of the journal; a second call does nothing."""
     if growing.file is not None:
         growing.file.close()

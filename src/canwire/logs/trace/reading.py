@@ -1,4 +1,4 @@
-"""A trace in, file by file: as much memory as one file takes, whatever the trace's size."""
+"""Reads a trace file by file: it needs the memory of one file, whatever the trace's size."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _AT_ONCE = 1 << 17
 
 
 class TraceFile(Source):
-    """One file of the trace; what is wrong in it is a fault of the trace, with the file's name."""
+    """One file of the trace; its faults become faults of the trace, with the file's name."""
 
     def __init__(self, trace: Source, path: Path, file: BinaryIO) -> None:
         super().__init__(str(path), file, trace.limits)
@@ -29,13 +29,14 @@ class TraceFile(Source):
 
 
 def recognises(head: bytes) -> bool:
-    """Never: no file is one."""
+    """Return False: a trace is a folder, not a file."""
     del head
     return False
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """The files one after another. One that cannot be read is a fault; raises BadLog for a folder that is no trace."""
+    """Yield the entries of the files one after another. An unreadable file is a fault; raises
+    BadLog if it is no trace."""
     for path in files_of(source.path):
         try:
             file, path = opened(path)

@@ -1,6 +1,7 @@
-"""A trace out: entries gather in memory until a file of them is full, and once `sync` was called in a journal, too.
+"""Writes a trace: entries are kept in memory until a file is full, and also in a journal once `sync` was called.
 
-A full file is packed beside (packing.py), while the next one grows: until it is there its journal is.
+A full file is packed in another thread (packing.py) while the next one grows; until it is complete, its journal
+remains.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ ENTRIES = 1 << 20
 
 
 class Writer(FormWriter):
-    """Files of at most ENTRIES; the folder is new, or empty."""
+    """Writes files of at most ENTRIES entries into a new or empty folder."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset(LogKind)
     opens: ClassVar[bool] = False
@@ -78,7 +79,7 @@ class Writer(FormWriter):
         return self._held * LOG_RECORD_SIZE
 
     def turn(self) -> bool:
-        """Have the growing file made whole, and begin another."""
+        """Complete the growing file, and begin another."""
         self._finish()
         if self._held:
             path = os.path.join(self.path, file_name(self._number))
@@ -94,7 +95,7 @@ class Writer(FormWriter):
         return True
 
     def end(self) -> None:
-        """Raises OSError where the last file does not fit; what was flushed is in its journal then."""
+        """Complete the last file. Raises OSError if it does not fit; flushed entries are then in its journal."""
         try:
             self.turn()
             self._finish()
@@ -107,7 +108,7 @@ class Writer(FormWriter):
                 end_journal(growing)
 
     def _finish(self) -> None:
-        """The file that is packed, if there is one, is there now."""
+        """Wait until the file that is being packed, if any, is complete."""
         if self._packing is not None:
             try:
                 self._packing.finish()
@@ -134,6 +135,6 @@ class Writer(FormWriter):
         self.count = self._whole + sum(growing.count for growing in self._journals())
 
     def _journals(self) -> list[journal.Writer]:
-        """Those that are not replaced by their files yet."""
+        """Return the journals that their files have not replaced yet."""
         packed = None if self._packing is None else self._packing.growing
         return [growing for growing in (packed, self._journal) if growing is not None]

@@ -1,4 +1,4 @@
-"""What TRC files have letters and numbers for."""
+"""The letters and numbers of TRC files for error frames and states."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ _STATUS = {ErrorState.ERROR_ACTIVE: 0, ErrorState.ERROR_WARNING: _HEAVY, ErrorSt
 
 
 def error_columns(event: BusEvent) -> tuple[int, bytes]:
-    """An error frame's type, and direction, place and both counters."""
+    """Return an error frame's type, and the bytes of direction, place and both counters."""
     kind = _ERROR_TYPES.get(event.error, _OTHER)
     place = _PLACES.get(event.error, 0)
     return kind, bytes((not event.transmitting, place, min(event.rec, 255), min(event.tec, 255)))
 
 
 def error_of_columns(kind: int, data: bytes, time_ns: int) -> BusEvent:
-    """The error frame of those columns."""
+    """Return the error frame of these columns."""
     data = data.ljust(4, b"\0")
     error = _KIND_OF_TYPE.get(kind) or _KIND_OF_PLACE.get(data[1], ErrorKind.OTHER)
     return BusEvent(EventKind.ERROR, time_ns, error=error, transmitting=not data[0], rec=data[2], tec=data[3])
 
 
 def status_of(event: BusEvent) -> bytes | None:
-    """A change of state as the four bytes of PCAN's status; None for a state that has none."""
+    """Return a change of state as the four bytes of PCAN's status; None for a state that the status cannot express."""
     word = _STATUS.get(event.state)
     return None if word is None else word.to_bytes(4, "big")
 
 
 def event_of_status(data: bytes, time_ns: int) -> BusEvent:
-    """The change of state that PCAN's status means."""
+    """Return the change of state that PCAN's status expresses."""
     word = int.from_bytes(data, "big")
     if word & _OFF:
         state = ErrorState.BUS_OFF

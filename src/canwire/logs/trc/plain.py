@@ -1,4 +1,4 @@
-"""TRC's usual line by numpy, by whichever columns: `1 0.123 DT 1 0123 Rx - 8 11 22 33 44 55 66 77 88`."""
+"""Reads TRC's most common line with numpy, in any columns: `1 0.123 DT 1 0123 Rx - 8 11 22 33 44 55 66 77 88`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LAST_MS = 9_000_000_000_000
 
 
 def changing(fields: Fields) -> Any:
-    """Comments, some of which are heads; and what may begin with a blank that is not ASCII's."""
+    """Select comments, some of which are headers, and lines that may begin with a blank that is not ASCII."""
     first = fields.at(0, slice(None)).character(0)
     return ((first == ord(";")) | (first >= 127)) & (fields.count > 0)
 
@@ -30,7 +30,8 @@ def candidates(fields: Fields, columns: Sequence[str]) -> Any:
 def records(
     fields: Fields, those: Any, columns: Sequence[str], zero_ns: int
 ) -> tuple[numpy.ndarray, Any, Any]:
-    """Data frames, whose times count from `zero_ns`; which of them they are; numbers of channels from 1 on."""
+    """Return records of data frames, with times relative to `zero_ns`; a mask of the lines that really are data frames;
+    and the channels' numbers from 1 on."""
     numpy = load_numpy()
     found = numpy.zeros(len(those), log_dtype())
     column = {name: fields.at(at, those) for at, name in enumerate(columns[:-1])}
@@ -58,7 +59,7 @@ def records(
 
 
 def _offset(offset: Any) -> tuple[Any, Any]:
-    """Milliseconds, with or without decimals, in nanoseconds."""
+    """Convert milliseconds, with or without decimals, to nanoseconds; also returns a mask of the valid ones."""
     numpy = load_numpy()
     exact, good = offset.nanoseconds(6)
     whole, fine = offset.decimal(12)
@@ -66,7 +67,7 @@ def _offset(offset: Any) -> tuple[Any, Any]:
 
 
 def _directions(column: dict[str, Any], count: int) -> tuple[Any, Any]:
-    """1 received, 2 sent, 0 where no column tells; and which lines are of data frames."""
+    """Return directions (1 received, 2 sent, 0 unknown), and a mask of the lines that are data frames."""
     numpy = load_numpy()
     told = column.get("d" if "T" in column else "Y")
     data = column["T"].is_word(b"DT") if "T" in column else numpy.ones(count, bool)

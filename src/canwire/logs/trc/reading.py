@@ -1,4 +1,4 @@
-"""TRC in: the columns are those of the file's version, or of its head; usual lines by numpy (plain.py)."""
+"""Reads TRC: the file's version or header defines the columns; the most common lines are read with numpy (plain.py)."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Frames, remote frames, error frames, changes of state and of error counters."""
+    """Yield frames, remote frames, error frames, changes of state and of error counters."""
     return read_blocks(source, _Parser(source))
 
 
 class _Parser:
-    """One file's lines."""
+    """Parses the lines of one file."""
 
     separator: int | None = None
 
@@ -63,7 +63,7 @@ class _Parser:
         self._columns = _COLUMNS["1.0"].split(",")
 
     def entry(self, line: str) -> LogEntry | None:
-        """The line's entry; raises BadText, BadFrame, ValueError for one that is wrong."""
+        """Return the entry of this line; raises BadText, BadFrame, ValueError for an invalid line."""
         text = line.strip()
         if text.startswith(";"):
             self._head(text)
@@ -79,14 +79,14 @@ class _Parser:
         return plain.changing(fields)
 
     def candidates(self, fields: Fields) -> Any:
-        """None where no time could be one."""
+        """Select the lines that may be plain; none if the times of the file are out of range."""
         return plain.candidates(fields, self._columns) & (abs(self._zero_ns) < 1 << 62)
 
     def records(self, fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
         return plain.records(fields, those, self._columns, self._zero_ns)
 
     def name(self, key: Any) -> str:
-        """The channel of that number."""
+        """Return the name of the channel with this number."""
         return f"can{max(int(key) - 1, 0)}"
 
     def _head(self, text: str) -> None:
@@ -118,7 +118,7 @@ class _Parser:
         raise BadText(f"type {kind!r}: not known")
 
     def _kind(self, row: dict[str, str]) -> tuple[str, str | None]:
-        """The type as version 2 calls it, and the direction."""
+        """Return the type by its name in version 2, and the direction."""
         if "T" in row:
             return row["T"], {"Rx": "R", "Tx": "T"}.get(row.get("d", ""))
         told = row.get("Y", "")

@@ -1,4 +1,4 @@
-"""TRC 2.1 out."""
+"""Writes TRC 2.1."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DIRECTIONS = {"R": "Rx", "T": "Tx", None: "Rx"}
 
 
 class Writer(FormWriter):
-    """Numbers stand for channels; time stamps are in microseconds from the head's date."""
+    """Channels are written as numbers; time stamps are in microseconds from the header's date."""
 
     holds: ClassVar[frozenset[LogKind]] = frozenset((LogKind.CAN_FRAME, LogKind.CAN_EVENT))
 

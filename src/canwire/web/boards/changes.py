@@ -1,4 +1,4 @@
-"""What the page can do with boards and lines."""
+"""The actions of the page on boards and lines."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FASTEST_DATA = 10_000_000
 
 
 def plug(call: Call) -> str:
-    """Plug a board in: kind, serial, buses (names with spaces between), base, irq, port."""
+    """Plug in a board: kind, serial, buses (names with spaces between them), base, irq, port."""
     fields = call.fields
     kind = fields.choice("kind", kind_names())
     serial = fields.text("serial", longest=40)
@@ -50,7 +50,7 @@ def unplug(call: Call) -> str:
 
 
 def up(call: Call) -> str:
-    """Start a line at a rate; it runs until it is stopped, also without this page."""
+    """Start a line at a bit rate; it runs until it is stopped, even after this page was closed."""
     fields, hub = call.fields, call.desk.link.hub
     address = fields.text("line", empty=False)
     bit_rate = fields.whole("rate", 1, FASTEST)
@@ -75,7 +75,7 @@ def up(call: Call) -> str:
 
 
 def _mode(call: Call, place: LinePlace, wanted: WantedMode) -> LineMode:
-    """Rates that the line's registers cannot make are faults of the fields."""
+    """Return the line's mode; bit rates that the line's registers cannot make are faults of the fields."""
     capabilities = place.info.capabilities
     if wanted.data is not None and capabilities.data is None:
         call.fields.fault("datarate", call.word("boards.classic-only"))
@@ -102,7 +102,7 @@ def reset(call: Call) -> str:
 
 
 def recover(call: Call) -> str:
-    """Begin again after bus-off; needs no control of the line."""
+    """Recover a line from bus-off; this needs no control of the line."""
     hub = call.desk.link.hub
     place = find_can_line(hub, call.fields.text("line"))
     with hub.open_channel(place.board.id, place.line):

@@ -1,7 +1,7 @@
-"""What a board's LEDs would show: green for traffic, red for errors, yellow for an interrupt that waits.
+"""The LEDs that a board would show: green for traffic, red for errors, yellow for a pending interrupt.
 
-Green and red as the CANBUS dongle has them (CANBUS manual 1.2: red blinks at an error, is constant at a bus error, and
-says nothing of a lost arbitration), yellow as on the INduCAN104.
+Green and red as on the CANBUS dongle (CANBUS manual 1.2: red blinks at an error, is constant at a bus error, and
+does not show a lost arbitration), yellow as on the INduCAN104.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Leds:
 
 
 def leds_of(hub: Hub, line: Line) -> Leds:
-    """The LEDs for the present status of the line and interrupt register of its chip."""
+    """Return the LEDs for the present status of the line and interrupt register of its chip."""
     status = line.can
     assert status is not None
     state = ErrorState(status.state)

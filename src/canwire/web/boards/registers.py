@@ -1,4 +1,4 @@
-"""The registers of every chip that has some, read without side effects."""
+"""The registers of every chip that has registers, read without side effects."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ if TYPE_CHECKING:
 
 
 class Chip(NamedTuple):
-    """One line's chip."""
+    """The chip of one line."""
 
     place: LinePlace
     registers: tuple[RegisterValue, ...]
 
 
 def registers_of(hub: Hub, boards: Collection[int]) -> list[Chip]:
-    """The registers of the CAN lines of these boards (their numbers at the hub) whose controller has registers."""
+    """Read the registers of the CAN lines of these boards (their numbers at the hub), if the
+    controller has registers."""
     found = []
     for place in every_line(hub, "CAN"):
         if place.board.id not in boards:

@@ -1,4 +1,4 @@
-"""The boards, their lines and chips; what can be plugged, started and stopped."""
+"""The view of the boards, their lines and chips; boards can be plugged in, and lines started and stopped."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _tree(desk: Desk, request: Request) -> Response:
 
 
 def _searched(hub: Hub, request: Request) -> list[BoardInfo]:
-    """Boards with every word that is searched for, in their name, their kind or their buses."""
+    """Return the boards whose name, kind or buses contain every word of the search."""
     words = request.query_params.get("q", "").lower().split()
     buses: dict[int, str] = {}
     for place in every_line(hub) if words else ():

@@ -1,4 +1,4 @@
-"""What the view keeps: the program, the threads of its windows, and the viewers that wait for changes."""
+"""The state of the view: the program, the threads of its windows, and the viewers that wait for changes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Checking:
         self._runners: dict[Window, Runner] = {}
 
     def listen(self, changed: Callable[[], None]) -> None:
-        """Call this after every change, from any thread."""
+        """Call `changed` after every change, from any thread."""
         with self._lock:
             self._listeners.append(changed)
 
@@ -37,7 +37,7 @@ class Checking:
         self.program.start(hub, port)
 
     def open(self, *, receive: bool, send: bool) -> list[Window]:
-        """Running windows on a new handle; raises CandrvError if no channel is left."""
+        """Open windows on a new handle, and run them; raises CandrvError if no channel is left."""
         with self._lock:
             windows = self.program.open(receive=receive, send=send)
             for window in windows:
@@ -45,7 +45,7 @@ class Checking:
             return windows
 
     def close(self, number: int) -> None:
-        """The windows of this handle."""
+        """Close the windows of this handle."""
         with self._lock:
             closing = [window for window in self._runners if window.number == number]
             runners = [self._runners.pop(window) for window in closing]
@@ -56,13 +56,13 @@ class Checking:
             runner.join()
 
     def leave(self) -> None:
-        """Close everything; a second time does nothing."""
+        """Close all windows; a second call does nothing."""
         for number in {window.number for window in self.program.windows}:
             self.close(number)
         self.program.leave()
 
     def hub_lost(self) -> None:
-        """The handles are gone with the hub, and the program with them."""
+        """Close everything after the hub was lost: the handles no longer exist, so errors of closing are ignored."""
         try:
             self.leave()
         except CanwireError:  # each of them says so of itself; what they held went with the hub

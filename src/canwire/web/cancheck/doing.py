@@ -1,4 +1,4 @@
-"""What the page can do with CanCheck: its main window, its windows, its registry dialog."""
+"""The actions of the page on CanCheck: its main window, its other windows, its registry dialog."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OPENINGS = {"send": (False, True), "receive": (True, False), "both": (True, True
 
 
 class MainDoing:
-    """The main window's buttons, and the registry dialog's."""
+    """The buttons of the main window and of the registry dialog."""
 
     def __init__(self, checking: Checking) -> None:
         self._checking = checking
@@ -46,7 +46,7 @@ class MainDoing:
         }
 
     def start(self, call: Call) -> str:
-        """Start on a port; while it runs, switch to it."""
+        """Start CanCheck on a port; if it runs already, switch to this port."""
         port = _port(call)
         self._checking.start(call.desk.link.hub, port)
         return call.word("cancheck.started", port=port)
@@ -56,7 +56,7 @@ class MainDoing:
         return call.word("cancheck.left")
 
     def restart(self, call: Call) -> str:
-        """A restart of the board: the registry is read again."""
+        """Restart the port's driver, so that it reads the registry again."""
         port = _port(call)
         unload(call.desk.link.hub, port)
         return call.word("cancheck.restarted", port=port)
@@ -104,7 +104,7 @@ class MainDoing:
         return call.word("cancheck.closed", number=f"{number:X}")
 
     def registry(self, call: Call) -> str:
-        """OK."""
+        """Save the registry dialog (its button OK)."""
         dialog = RegistryDialog(self._checking.program.port.name)
         values = {entry.name: _value(call.fields, entry) for entry in dialog.entries()}
         call.fields.check()
@@ -115,7 +115,7 @@ class MainDoing:
 
 
 class WindowDoing:
-    """The receive windows' buttons, and those of any list."""
+    """The buttons of the receive windows, and those of all lists."""
 
     def __init__(self, checking: Checking) -> None:
         self._checking = checking
@@ -161,7 +161,7 @@ class WindowDoing:
         return call.word("cancheck.cleared")
 
     def open_log(self, call: Call) -> str:
-        """A file where the server was started: nothing typed here leads elsewhere."""
+        """Open a log file in the folder where the server was started: a typed name cannot select another folder."""
         window, fields = self._window(call), call.fields
         name = fields.text("file", longest=100, empty=False)
         if name and (not re.fullmatch(r"[\w ()+.-]+", name) or name.startswith(".")):

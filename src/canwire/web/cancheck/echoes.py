@@ -31,23 +31,23 @@ class Echoes:
             raise
 
     def take(self) -> list[tuple[Outgoing, int]]:
-        """Messages and the end of each on the bus in ns, oldest first."""
+        """Return messages and the end of each on the bus in ns, oldest first."""
         frames: list[Frame] = []
         while more := self._channel.receive_many(_AT_ONCE, 0):
             frames += more
         return [(_message(frame), frame.timestamp_ns) for frame in frames if frame.self_received]
 
     def wait(self) -> None:
-        """Wait until there is a frame to take; raises CanwireError when the channel has ended."""
+        """Wait until a frame was sent; raises CanwireError when the channel has ended."""
         self._channel.reading.wait(None)
 
     @property
     def lost(self) -> int:
-        """Frames that found the queue full."""
+        """Number of frames lost because the queue was full."""
         return self._channel.status().lost
 
     def close(self) -> None:
-        """Ends all waits; a second call does nothing."""
+        """End all waits and close the channel; a second call does nothing."""
         self._channel.close()
 
 

@@ -22,7 +22,7 @@ LOOK_S = 1.0  # between two looks at what other programs have changed
 
 
 class Feed:
-    """One viewer's: it has seen the rows of each window up to some number."""
+    """The feed of one viewer, with the number of the last row that it has received of each window."""
 
     def __init__(self, socket: WebSocket, checking: Checking, word: Words) -> None:
         self._socket = socket
@@ -59,7 +59,7 @@ class Feed:
                 continue
 
     def _look(self) -> str:
-        """The message, "" if there is nothing new."""
+        """Return the message, "" if there is nothing new."""
         windows = self._checking.program.windows
         main, states = (
             told_main(self._checking.program, self._word),

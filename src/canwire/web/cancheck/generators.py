@@ -1,6 +1,6 @@
-"""Message generators: which of them is due, what it sends, and which are paused.
+"""Message generators: their due times, their messages, and their pauses.
 
-It has neither thread nor clock: the caller calls `fire` at its time, which returns the time of the next call.
+This file uses neither thread nor clock: the caller calls `fire`, which returns when to call it next.
 Source: CANDRV manual, 10.4, send dialog; rulings.md 35.
 """
 
@@ -22,9 +22,9 @@ BURST = 64  # messages of one `fire`, so that others get their turn
 
 
 class Row(NamedTuple):
-    """A generator as the list shows it. `due_ns` None: paused. `message` is the next one.
+    """A generator as the list shows it. `due_ns` None: paused. `message` is the next message.
 
-    `waits`: it is due, and the send buffer is full. `trouble`: the error that paused it, "" if none did.
+    `waits`: the generator is due, but the send buffer is full. `trouble`: the error that paused it, "" if none did.
     """
 
     number: int
@@ -48,7 +48,7 @@ class _Generator:
 
 
 class Generators:
-    """Any number of them; any thread may use it. `send(index, message)` says whether there was room, or raises
+    """Any number of generators, for use by any thread. `send(index, message)` returns whether there was room, or raises
     CanwireError."""
 
     def __init__(self, send: Callable[[int, Outgoing], bool], clock_ns: Callable[[], int]) -> None:
@@ -75,12 +75,12 @@ class Generators:
             ]
 
     def recipe(self, index: int) -> Recipe:
-        """What was entered for it; raises BadValue for a generator that is not there, as all that take an index."""
+        """Return the recipe of a generator; raises BadValue for an unknown index, like all methods with an index."""
         with self._changed:
             return self._one(index).recipe
 
     def add(self, recipe: Recipe, *, active: bool) -> int:
-        """New: its index."""
+        """Add a generator; returns its index."""
         with self._changed:
             index = len(self._all)
             self._all.append(_Generator(index, recipe))
@@ -89,7 +89,7 @@ class Generators:
             return index
 
     def begin_edit(self, index: int) -> Recipe:
-        """Edit: it is paused until `cancel_edit` or `change`."""
+        """Begin to edit a generator: it is paused until `cancel_edit` or `change`."""
         with self._changed:
             one = self._one(index)
             if one.before is None:
@@ -108,7 +108,7 @@ class Generators:
                     self._begin(one, due_ns)
 
     def change(self, index: int, recipe: Recipe, *, active: bool) -> None:
-        """The new settings; its values begin at From."""
+        """Replace the recipe of a generator; its values restart at From."""
         with self._changed:
             one = self._one(index)
             one.recipe, one.step = recipe, 0
@@ -118,7 +118,7 @@ class Generators:
                 self.pause(index)
 
     def activate(self, index: int) -> None:
-        """Its next message is due immediately; a generator that is already active keeps its time."""
+        """Make the next message due immediately; a generator that is already active keeps its due time."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble = None, ""
@@ -126,7 +126,7 @@ class Generators:
                 self._begin(one, self._clock_ns())
 
     def pause(self, index: int) -> None:
-        """It keeps its values, and continues with them when it is activated again."""
+        """Pause a generator; it keeps its values, and continues with them when it is activated again."""
         with self._changed:
             one = self._one(index)
             one.before, one.trouble, one.active = None, "", False
@@ -142,7 +142,8 @@ class Generators:
                 self.pause(index)
 
     def fire(self) -> int | None:
-        """Send what is due; nanoseconds until the next message is, None while all are paused."""
+        """Send all due messages; returns nanoseconds until the next one is due, None while all
+        generators are paused."""
         with self._changed:
             if self._next() is None:
                 return None
@@ -157,7 +158,7 @@ class Generators:
             return None if due is None else max(0, due.due_ns - now_ns)
 
     def wait(self, pause_ns: int | None) -> None:
-        """Wait until this time of the clock is over, or a generator was activated."""
+        """Wait for `pause_ns` of the clock (None: no limit), or until a generator was activated."""
         with self._changed:
             if pause_ns is not None or self._next() is None:
                 self._changed.wait(None if pause_ns is None else pause_ns / 1e9)
@@ -168,7 +169,7 @@ class Generators:
             self._changed.notify_all()
 
     def _fire(self, one: _Generator, now_ns: int) -> bool:
-        """One message of it; was there room?"""
+        """Send one message of a generator; returns whether there was room."""
         try:
             room = self._send(one.number, one.recipe.message(one.step))
         except CanwireError as error:
@@ -200,7 +201,7 @@ class Generators:
         heapq.heappush(self._queue, (one.due_ns, one.turn, one.number))
 
     def _next(self) -> _Generator | None:
-        """The active one that is due first; entries of those that were paused or have had their turn go."""
+        """Return the active generator that is due first; drop outdated entries of the queue."""
         while self._queue:
             due_ns, turn, number = self._queue[0]
             one = self._all[number]

@@ -1,4 +1,5 @@
-"""The lists of CanCheck's windows: rows of text, all numbers hexadecimal, the newest kept, and a log of all of them.
+"""The lists of CanCheck's windows: rows of text with hexadecimal numbers. The newest rows are kept; a log gets all
+rows.
 
 Source: CANDRV manual, 10.4.
 """
@@ -30,9 +31,9 @@ _EMPTY: Row = ("", "", "", "", "")
 
 
 class Since(NamedTuple):
-    """`rows` that a viewer has not seen, the first of which is number `start`.
+    """`rows` that a viewer has not received yet; the first one has the number `start`.
 
-    Those before `first` are not in the list any more; `total` is the number of the next one.
+    Rows before `first` are no longer in the list; `total` is the number of the next row.
     """
 
     first: int
@@ -42,7 +43,7 @@ class Since(NamedTuple):
 
 
 class Listing:
-    """Any thread may use it. `changed` is called after every change."""
+    """A list of rows, for use by any thread. `changed` is called after every change."""
 
     def __init__(self, changed: Callable[[], None] = lambda: None) -> None:
         self._lock = threading.Lock()
@@ -54,7 +55,7 @@ class Listing:
         self.trouble = ""
 
     def append(self, *rows: Row) -> None:
-        """Add rows, which are shown and logged."""
+        """Append rows to the list, and to the log if one is open."""
         with self._lock:
             self._rows.extend(rows)
             self._total += len(rows)
@@ -64,7 +65,7 @@ class Listing:
             self._changed()
 
     def clear(self) -> None:
-        """Show nothing of it any more; the log stays as it is."""
+        """Remove all rows from the list; the log stays unchanged."""
         with self._lock:
             self._rows.clear()
         self._changed()
@@ -74,7 +75,7 @@ class Listing:
             return list(self._rows)
 
     def since(self, number: int, most: int) -> Since:
-        """The newest rows from this number on, at most so many."""
+        """Return the newest rows from this number on, at most `most`."""
         with self._lock:
             first = self._total - len(self._rows)
             start = max(number, first, self._total - most)
@@ -82,7 +83,7 @@ class Listing:
             return Since(first, start, self._total, rows)
 
     def open_log(self, path: Path, *, overwrite: bool = False) -> None:
-        """Write what comes from now on to a file, too; raises FileExistsError, OSError, BadValue where one is open."""
+        """Also write all rows from now on to a file; raises FileExistsError, OSError, and BadValue if a log is open."""
         with self._lock:
             if self._log is not None:
                 raise BadValue(f"{self.log_name} is open; close it first")
@@ -91,7 +92,7 @@ class Listing:
         self._changed()
 
     def close_log(self) -> None:
-        """A second time does nothing."""
+        """Close the log; a second call does nothing."""
         with self._lock:
             log, self._log, self.log_name = self._log, None, ""
             if log is not None:
@@ -111,12 +112,12 @@ class Listing:
 
 
 def shown_time(time_ms: int) -> str:
-    """The low word of a CAN_TIME."""
+    """Return the low 32 bits of a CAN_TIME in hex."""
     return f"{time_ms & DWORD:08X}"
 
 
 def event_row(event: Event) -> Row:
-    """Event, Time, Lost, Frm, ID, R, L, Data; the last five only for received, transmitted and aborted messages."""
+    """Return the cells of an event: Event, Time, Lost, Frm, ID, R, L, Data; the last five only if it has a message."""
     kind = CanbusEvent(event.event).name or f"{event.event:X}"
     head = (kind, shown_time(event.time), f"{event.lost:X}")
     if not event.has_message:
@@ -133,7 +134,7 @@ def event_row(event: Event) -> Row:
 
 
 def message_row(time: str, index: int, message: Outgoing, align: int) -> Row:
-    """The cells of a generated message: Time, Gen., Frm, ID, R, L, Data."""
+    """Return the cells of a generated message: Time, Gen., Frm, ID, R, L, Data."""
     return (
         time,
         f"{index:X}",

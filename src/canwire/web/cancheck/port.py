@@ -1,4 +1,4 @@
-"""The main window's CAN port: a handle that only queries the device, and takes none of its virtual channels.
+"""The CAN port of the main window: a handle that only queries the device, and uses no virtual channel of it.
 
 Source: CANDRV manual, 10.4, main dialog.
 """
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """What the main window shows, as the device is now, whichever program set it up. `rates` in bit/s."""
+    """The values of the main window: the present state of the device, even if another program set
+    it. `rates` in bit/s."""
 
     port: str
     rate: int
@@ -32,7 +33,7 @@ class Shown:
 
 
 class Port:
-    """Raises CandrvError; a setting that is refused leaves the device as it was."""
+    """An open port. Its methods raise CandrvError; a setting that is refused leaves the device unchanged."""
 
     def __init__(self, hub: Hub, name: str) -> None:
         self._handle = candrv.open(name, read=False, write=False, hub=hub)
@@ -43,16 +44,16 @@ class Port:
 
     @property
     def align(self) -> int:
-        """That which the driver was loaded with."""
+        """The setting Align with which the driver was loaded."""
         return self._handle.device.settings.align
 
     @property
     def extended(self) -> bool:
-        """The device is in CAN2.0B."""
+        """Whether the device is in CAN2.0B."""
         return self._handle.can_mode == CanMode.CAN_2_0_B
 
     def shown(self) -> Shown:
-        """Read from the device on each call: another program may have changed it, and commands depend on the mode."""
+        """Read the values from the device: another program may have changed them, and commands depend on the mode."""
         handle = self._handle
         with translated(opened=True):
             state = handle.device.state()
@@ -70,7 +71,7 @@ class Port:
         )
 
     def set_rate(self, rate: int) -> None:
-        """bit/s."""
+        """Set the bit rate in bit/s."""
         self._handle.baud_rate = rate
 
     def set_mode(self, mode: int) -> None:
@@ -80,9 +81,9 @@ class Port:
         self._handle.frame_format = FrameFormat(format)
 
     def command(self, number: int) -> None:
-        """One of the special commands."""
+        """Execute one of the special commands."""
         self._handle.command(number)
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the handle; a second call does nothing."""
         self._handle.close()

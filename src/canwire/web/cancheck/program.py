@@ -1,7 +1,7 @@
-"""CanCheck as a program: a port, and the windows that are open. One for all viewers of a page.
+"""CanCheck as a program: a port and the open windows, shared by all viewers of a page.
 
-It speaks to the line through canwire.candrv. It has no thread: running.py runs the windows; tests
-take and fire by hand. Source: CANDRV manual, 10.4.
+It uses the line through canwire.candrv. It has no thread: running.py runs the windows; tests call `take` and `fire`
+themselves. Source: CANDRV manual, 10.4.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ Window = ReceiveWindow | SendWindow
 
 
 class CanCheck:
-    """Between `start` and `leave` it holds a port. `changed` is called, from any thread, after every change.
+    """CanCheck, which has an open port between `start` and `leave`.
 
-    Raises CandrvError with the driver's words: 1450 when the virtual channels have run out.
+    `changed` is called, from any thread, after every change. Methods raise CandrvError with the driver's message, with
+    code 1450 if no virtual channel is left.
     """
 
     def __init__(self, changed: Callable[[], None] = lambda: None) -> None:
@@ -51,12 +52,12 @@ class CanCheck:
 
     @property
     def windows(self) -> list[Window]:
-        """The windows in the order in which they were opened."""
+        """The open windows in the order in which they were opened."""
         with self._lock:
             return list(self._windows)
 
     def start(self, hub: Hub, name: str) -> None:
-        """Query a port; while it runs, switch to another one, and leave the windows of the first alone."""
+        """Open a port to query it; a previous port is closed, but its windows stay open."""
         with self._lock:
             port = Port(hub, name)
             before, self._port, self._hub = self._port, port, hub
@@ -65,7 +66,7 @@ class CanCheck:
         self.changed()
 
     def open(self, *, receive: bool, send: bool) -> list[Window]:
-        """One more handle on the port, and its windows; a pair shares the handle. They come without threads."""
+        """Open one more handle on the port, with its windows; a pair shares the handle. No threads are started."""
         with self._lock:
             name, hub = self.port.name, self._hub
             handle = candrv.open(name, read=receive, write=send, hub=hub)
@@ -85,7 +86,7 @@ class CanCheck:
         return windows
 
     def window(self, number: int, kind: str) -> Window:
-        """Raises BadValue for one that is not open."""
+        """Return an open window; raises BadValue if it is not open."""
         for window in self.windows:
             if window.number == number and window.kind == kind:
                 return window
@@ -102,7 +103,7 @@ class CanCheck:
         return window
 
     def close(self, number: int) -> None:
-        """The windows of a handle, and the handle."""
+        """Close the windows of a handle, and the handle."""
         with self._lock:
             closing = [one for one in self._windows if one.number == number]
             self._windows = [one for one in self._windows if one.number != number]
@@ -111,7 +112,7 @@ class CanCheck:
         self.changed()
 
     def leave(self) -> None:
-        """End the program; a second time does nothing."""
+        """End the program; a second call does nothing."""
         for number in {window.number for window in self.windows}:
             self.close(number)
         with self._lock:

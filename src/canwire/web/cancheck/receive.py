@@ -39,14 +39,16 @@ KINDS = (
 
 
 class FilterRows(NamedTuple):
-    """Per bit 0, 1 or +: identifier, then a space and the first two data bytes. `extended` "" in CAN2.0A."""
+    """The filter, with 0, 1 or + for each bit: the identifier, then a space and the first two data bytes.
+
+    `extended` is "" in CAN2.0A."""
 
     standard: str
     extended: str
 
 
 class ReceiveWindow:
-    """`take` moves what has come from the handle into the list; nothing here waits. Raises CandrvError."""
+    """`take` moves events from the handle to the list without waiting. Methods raise CandrvError."""
 
     kind = "receive"
 
@@ -59,7 +61,7 @@ class ReceiveWindow:
         self._filter = Filter.registered(handle.device.settings)
 
     def take(self) -> int:
-        """How many events came."""
+        """Move the waiting events to the list; returns their number."""
         count = self.handle.waiting
         self.list.append(*(event_row(self.handle.read_event()) for _ in range(count)))
         return count
@@ -69,7 +71,7 @@ class ReceiveWindow:
         self.handle.wait_comm_event()
 
     def clear_overrun(self) -> None:
-        """CANBUS_CMD_CLEAR_OVERRUN."""
+        """Execute CANBUS_CMD_CLEAR_OVERRUN."""
         self.handle.command(Command.CLEAR_OVERRUN)
 
     @property
@@ -78,14 +80,14 @@ class ReceiveWindow:
 
     @mask.setter
     def mask(self, mask: int) -> None:
-        """Takes effect immediately; waiting events that the mask excludes are discarded, and count as lost."""
+        """Set the event mask immediately; waiting events that it excludes are discarded, and count as lost."""
         if mask & ~int(EVERY_EVENT):  # ~ of a flag would leave out the bits that it has no name for
             raise BadValue(f"event mask {mask:X}: {int(EVERY_EVENT):X} has all types")
         self.handle.mask = mask
         self._changed()
 
     def toggle(self, kind: int) -> None:
-        """Switch one type on or off; raises BadValue for what is no type of event."""
+        """Switch one type of event on or off; raises BadValue for an unknown type."""
         if kind not in [int(one) for one in KINDS]:
             raise BadValue(f"event type {kind:X}: one of {', '.join(f'{int(one):X}' for one in KINDS)}")
         self.mask = self.mask ^ kind
@@ -110,6 +112,6 @@ class ReceiveWindow:
         return FilterRows(standard, extended)
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the log and the handle; a second call does nothing."""
         self.list.close_log()
         self.handle.close()

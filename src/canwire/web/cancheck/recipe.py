@@ -1,6 +1,6 @@
-"""What a message generator sends: the fields of its window, and the messages that follow from them.
+"""The recipe of a message generator: the fields of its window, and the resulting messages.
 
-Source: CANDRV manual, 10.4, send dialog; docs/cancheck.md where the manual is silent.
+Source: CANDRV manual, 10.4, send dialog; docs/cancheck.md for what the manual does not define.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ MOST_DATA = 8  # bytes
 
 
 class Outgoing(NamedTuple):
-    """A message to send. `identifier` is right-aligned, as on the bus; a remote one has no data."""
+    """A message to send. `identifier` is right-aligned, as on the bus; a remote frame has no data."""
 
     identifier: int
     extended: bool
@@ -34,16 +34,17 @@ class Range(NamedTuple):
         return abs(self.last - self.first)
 
     def at(self, step: int, *, wrap: bool) -> int:
-        """The value after so many steps: with `wrap` it begins again at `first`, else it stays at `last`."""
+        """Return the value after `step` steps; after `last` it restarts at `first` if `wrap`, else
+        it stays at `last`."""
         along = step % (self.difference + 1) if wrap else min(step, self.difference)
         return self.first + along if self.last >= self.first else self.first - along
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """One generator's fields. Without `use_range` only the first value of each range counts.
+    """The fields of one generator. Without `use_range` only the first value of each range is used.
 
-    `data` has as many ranges as the DLC says, 0 to 8; identifiers are right-aligned. Raises BadValue.
+    `data` has as many ranges as the DLC, 0 to 8; identifiers are right-aligned. Raises BadValue.
     """
 
     identifier: Range
@@ -63,16 +64,16 @@ class Recipe:
 
     @property
     def cycle(self) -> int:
-        """Messages in one cycle: the largest difference of all values, plus one."""
+        """Number of messages in one cycle: the largest difference of all ranges, plus one."""
         return 1 + max(one.difference for one in (self.identifier, *self.data))
 
     @property
     def ends(self) -> bool:
-        """Whether it pauses by itself after a cycle."""
+        """Whether the generator pauses by itself after a cycle."""
         return self.use_range and not self.repeat
 
     def message(self, step: int) -> Outgoing:
-        """The message after `step` others; step 0 has the values of From."""
+        """Return the message number `step`, from 0, which has the values of From."""
         step = step if self.use_range else 0
         data = bytes(one.at(step, wrap=self.wrap) for one in self.data)
         identifier = self.identifier.at(step, wrap=self.wrap)

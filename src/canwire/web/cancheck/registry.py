@@ -21,7 +21,7 @@ _MOST_CHOICES = 8
 
 @dataclass(frozen=True)
 class Entry:
-    """A field of the dialog: `value` as it is typed. Nothing but `choices` may be taken; `suggestions` are hints."""
+    """A field of the dialog: `value` as text. Only `choices` are valid if there are any; `suggestions` are examples."""
 
     name: str
     value: str
@@ -39,19 +39,19 @@ class Entry:
 
 
 class RegistryDialog:
-    """The dialog of the port with which it is opened. Only `ok` writes. Raises BadConfig for any other file."""
+    """The dialog of the port for which it was opened. Only `ok` writes. Raises BadConfig for an invalid file."""
 
     def __init__(self, port: str, store: RegistryStore | None = None) -> None:
         self.port = port
         self.store = store or usual_store()
 
     def entries(self) -> list[Entry]:
-        """All of them, as they are stored now."""
+        """Return all entries with their stored values."""
         settings = self.store.settings(self._table())
         return [_entry(row, getattr(settings, FIELDS[row.name])) for row in ROWS.values()]
 
     def ok(self, values: Mapping[str, Value | None]) -> list[str]:
-        """Write those that differ, all or none; their names. Raises BadValue for impossible values."""
+        """Write the entries that differ, all or none; returns their names. Raises BadValue for impossible values."""
         table = self._table()
         settings = self.store.settings(table)
         changed = {name: value for name, value in values.items() if value != getattr(settings, FIELDS[name])}
@@ -70,7 +70,7 @@ class RegistryDialog:
 
 
 def ports(store: RegistryStore | None = None) -> list[str]:
-    """The devices that are registered."""
+    """Return the names of the registered devices."""
     return list((store or usual_store()).all_settings())
 
 

@@ -1,4 +1,4 @@
-"""Threads of a window: one takes what comes, and a send window's second one fires its generators."""
+"""Threads of a window: one lists received messages; in a send window a second one fires its generators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Runner:
-    """Runs one window until it is closed, or its board or hub is gone: then `trouble` says so in the window."""
+    """Runs one window until it is closed, or until its board or hub is lost; `trouble` of the window is then set."""
 
     def __init__(self, window: Window, changed: Callable[[], None]) -> None:
         self._window = window
@@ -27,11 +27,11 @@ class Runner:
             thread.start()
 
     def stop(self) -> None:
-        """To be called before the window is closed."""
+        """Request the end of the threads; call this before the window is closed."""
         self._ends.set()
 
     def join(self) -> None:
-        """To be called after the window was closed."""
+        """Wait for the end of the threads; call this after the window was closed."""
         if isinstance(self._window, SendWindow):
             self._window.generators.wake()
         for thread in self._threads:

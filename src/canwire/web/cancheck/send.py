@@ -25,10 +25,10 @@ SINGLE_MS = 50  # in single message mode a message waits so long for its turn be
 
 
 class SendWindow:
-    """`take` lists what has been sent meanwhile; `generators.fire` sends. Raises CandrvError.
+    """`take` lists the frames that were sent since its last call; `generators.fire` sends. Raises CandrvError.
 
-    `echoes` says which frames the line has sent; messages are known by their content and order, as the driver
-    itself knows them. `given_up` counts those that were never sent.
+    `echoes` returns the frames that the line has sent; messages are identified by content and order, as in the driver
+    itself. `given_up` counts messages that were never sent.
     """
 
     kind = "send"
@@ -72,7 +72,7 @@ class SendWindow:
             return True
 
     def take(self) -> int:
-        """List what was sent since; how many."""
+        """List the messages that were sent since the last call; returns their number."""
         rows = []
         with self._lock:
             for message, at_ns in self.echoes.take():
@@ -87,7 +87,8 @@ class SendWindow:
         self.echoes.wait()
 
     def abort(self) -> int:
-        """CANBUS_CMD_ABORT_TRANSMISSION, which empties the send buffer, too; how many messages were given up."""
+        """Execute CANBUS_CMD_ABORT_TRANSMISSION, and empty the send buffer; returns the number of
+        discarded messages."""
         with self._lock:
             self.handle.command(Command.ABORT_TRANSMISSION)
             waiting = self.handle.sending.waiting
@@ -100,13 +101,14 @@ class SendWindow:
         return count
 
     def generator_row(self, generator: Generator) -> Row:
-        """Like the messages: Time is when the next message is due, or -Paused-."""
+        """Return the cells of a generator, as for messages: Time is when its next message is due, or -Paused-."""
         due_ns = generator.due_ns
         time = PAUSED if due_ns is None else shown_time(due_ns // MS)
         return message_row(time, generator.number, generator.message, self.align)
 
     def close(self) -> None:
-        """What is in the send buffer still goes out, as with every handle. A second time does nothing."""
+        """Close the window. Messages in the send buffer are still sent, as with every handle. A second call does
+        nothing."""
         self.generators.pause_all()
         self.generators.wake()
         self.list.close_log()
@@ -116,7 +118,7 @@ class SendWindow:
             self.echoes.close()
 
     def _found(self, message: Outgoing) -> int | None:
-        """The generator of the oldest message that looks so; None for another program's."""
+        """Return the generator of the oldest message with this content; None for a message of another program."""
         if not any(one == message for _, one in self._under_way):
             return None
         while True:

@@ -1,4 +1,4 @@
-"""What the page can do with a send window: its generators, and Abort Transmission."""
+"""The actions of the page on a send window: its generators, and Abort Transmission."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ class SendDoing:
         return call.word("cancheck.aborted", count=self._sender(call).abort())
 
     def generator(self, call: Call) -> str:
-        """The generator's window, closed by Activate or Pause (`state`): a new one, or the changed one of `index`."""
+        """Save the generator's window by Activate or Pause (`state`): a new generator, or the
+        changed one of `index`."""
         window, fields = self._sender(call), call.fields
         active = fields.choice("state", ("active", "paused")) == "active"
         index = fields.whole("index", 0, _LAST) if fields.text("index") else None

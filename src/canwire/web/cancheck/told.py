@@ -22,7 +22,9 @@ def key_of(window: Window) -> str:
 
 
 def told_main(program: CanCheck, word: Words) -> dict[str, Any]:
-    """`running` False: nothing else is there. `trouble`: the port's settings cannot be asked for."""
+    """Return the state of the main window. It is only {"running": False} if CanCheck does not run.
+
+    `trouble` is the error that prevented reading the port's settings."""
     try:
         port = program.port
     except BadValue:
@@ -35,7 +37,7 @@ def told_main(program: CanCheck, word: Words) -> dict[str, Any]:
 
 
 def told_window(window: Window, word: Words) -> dict[str, Any]:
-    """The state of a window without its rows."""
+    """Return the state of a window without its rows."""
     told: dict[str, Any] = {
         "key": key_of(window),
         "kind": window.kind,
@@ -52,7 +54,7 @@ def told_window(window: Window, word: Words) -> dict[str, Any]:
 
 
 def told_rows(window: Window, number: int) -> dict[str, Any]:
-    """The rows from this number on; `start` is the number of the first one."""
+    """Return the rows from this number on; `start` is the number of the first one."""
     since = window.list.since(number, MOST_ROWS)
     return {"first": since.first, "start": since.start, "total": since.total, "rows": since.rows}
 

@@ -20,7 +20,7 @@ DWORD = 0xFFFF_FFFF
 
 
 def typed_recipe(fields: Fields, word: Words, *, align: int, extended: bool) -> Recipe:
-    """`extended`: the device is in CAN2.0B. Raises BadFields."""
+    """Return the recipe of the typed fields; `extended`: the device is in CAN2.0B. Raises BadFields."""
     ext, use_range = fields.flag("ext"), fields.flag("range")
     if ext and not extended:
         fields.fault("ext", word("cancheck.only-2b"))
@@ -61,7 +61,7 @@ def _bytes(fields: Fields, place: int, use_range: bool) -> Range:
 
 
 def shown_recipe(recipe: Recipe, align: int) -> dict[str, str | bool]:
-    """The fields' values, to be changed."""
+    """Return the values of the fields for a recipe that is to be edited."""
     shown: dict[str, str | bool] = {
         "id": f"{aligned(recipe.identifier.first, recipe.extended, align):X}",
         "idto": f"{aligned(recipe.identifier.last, recipe.extended, align):X}",

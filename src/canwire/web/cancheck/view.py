@@ -59,7 +59,7 @@ class CanCheckView:
         return self._desk.page(request, VIEW, ports=found, trouble=trouble, kinds=KINDS)
 
     def _entries(self, request: Request) -> Response:
-        """The registry dialog's content, as it is stored now."""
+        """Render the entries of the registry dialog with their stored values."""
         try:
             dialog = RegistryDialog(self.checking.program.port.name)
             entries = dialog.entries()
@@ -68,7 +68,7 @@ class CanCheckView:
         return self._desk.part(request, "cancheck/entries.jinja", port=dialog.port, entries=entries)
 
     def _window(self, request: Request) -> Response:
-        """A window's frame; what is in it comes by the web socket."""
+        """Render a window's frame; a web socket sends its content."""
         query = request.query_params
         try:
             window = self.checking.program.window(int(query.get("number", ""), 16), query.get("kind", ""))

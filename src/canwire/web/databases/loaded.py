@@ -18,7 +18,7 @@ _OTHER_BUSES = "*"  # no bus has that name
 
 
 class Loaded(NamedTuple):
-    """One file. `bus` is the name of the bus that it describes, "" for every one."""
+    """One open file. `bus` is the name of the bus that it describes, "" for every bus."""
 
     key: str
     name: str
@@ -28,10 +28,12 @@ class Loaded(NamedTuple):
 
 
 class Databases:
-    """`on(bus)` is the description of a bus. `version` grows with each change. Any thread may call."""
+    """`on(bus)` is the description of a bus. `version` grows with each change. Any thread may use it."""
 
     def __init__(self, paths: Iterable[str] = ()) -> None:
-        """`paths` are files, before each of them perhaps a bus: "can0=car.dbc". Raises BadDescription, ExtraMissing."""
+        """Load the files of `paths`, each of which may have a bus before it: "can0=car.dbc".
+
+        Raises BadDescription, ExtraMissing."""
         self._lock = threading.Lock()
         self._loaded: tuple[Loaded, ...] = ()
         self._made: dict[str, Database] = {}
@@ -56,15 +58,15 @@ class Databases:
             return self._made[bus]
 
     def group(self, bus: str) -> str:
-        """What `on` gives the same for as for this bus."""
+        """Return a key of the bus: `on` returns the same description for all buses with one key."""
         return bus if bus and any(one.bus == bus for one in self._loaded) else _OTHER_BUSES
 
     def of(self, bus: str) -> Database:
-        """What describes this bus, without the files for others; of no bus, those for every one."""
+        """Return the description of this bus, without the files for other buses; for "", the files for every bus."""
         return self.on(self.group(bus))
 
     def load(self, path: Path, bus: str = "", name: str = "") -> Loaded:
-        """Read a file; raises BadDescription, ExtraMissing, BadValue where there are too many."""
+        """Read a file; raises BadDescription, ExtraMissing, and BadValue if too many are open."""
         file = canwire.load_database(path)
         with self._lock:
             if len(self._loaded) >= MOST:
@@ -75,14 +77,14 @@ class Databases:
         return made
 
     def close(self, key: str) -> Loaded:
-        """Forget one; raises BadValue for one that is not open."""
+        """Close a file and return it; raises BadValue if it is not open."""
         with self._lock:
             found = self._find(key)
             self._set(tuple(one for one in self._loaded if one.key != key))
         return found
 
     def assign(self, key: str, bus: str) -> Loaded:
-        """It describes this bus from now on, "" for every one; raises BadValue for one that is not open."""
+        """Use the file for this bus from now on, "" for every bus; raises BadValue if it is not open."""
         with self._lock:
             changed = self._find(key)._replace(bus=bus)
             self._set(tuple(changed if one.key == key else one for one in self._loaded))

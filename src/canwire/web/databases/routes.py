@@ -1,4 +1,4 @@
-"""Network descriptions opened, chosen for a bus and closed in the page; every view uses them."""
+"""Opens network descriptions in the page, assigns them to buses, and closes them; all views use them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_BYTES = 256 << 20
 
 
 class DatabaseRoutes:
-    """The files that were opened here live in a folder that goes with the server."""
+    """The routes. Files that were opened in the page are kept in a folder that is deleted when the server ends."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -43,7 +43,7 @@ class DatabaseRoutes:
         return JSONResponse([_told(one) for one in self._desk.databases.loaded])
 
     async def _open(self, request: Request) -> Response:
-        """A file's bytes are the body, its name the query's `name`, and its bus perhaps `bus`."""
+        """Open a file: the body contains its bytes, the query `name` its name and optionally `bus` its bus."""
         word = self._desk.words(request)
         name = Path(request.query_params.get("name", "")).name[:200]
         if not name:

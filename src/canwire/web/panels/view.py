@@ -1,7 +1,7 @@
 """Panels: signals as values, switches and sliders, which a browser keeps and saves to files.
 
 A value is the newest one on its line, from any sender. A switch or slider changes its signal in the transmit list's row
-of that message (a row is made where there is none), and sends it unless the row is in its cycle anyway.
+of that message (a missing row is added), and sends the row unless its cycle runs.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _LONGEST = 200
 
 
 class Bound(NamedTuple):
-    """What one part of a panel shows."""
+    """The signal that one part of a panel shows."""
 
     line: str
     message: str
@@ -43,7 +43,7 @@ class Bound(NamedTuple):
 
 
 class Panels:
-    """Values come from the trace's history, changes go to the transmit list."""
+    """The panels: values come from the trace's history, changes are made in the transmit list."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -67,7 +67,7 @@ class Panels:
         return found
 
     def _signals(self, request: Request) -> Response:
-        """A message's signals, with what they may be."""
+        """Return a message's signals with their possible values."""
         query = request.query_params
         inputs = self._sending.database_of(query.get("line", "")).inputs(query.get("message", ""))
         return JSONResponse([one._asdict() for one in inputs])
@@ -82,7 +82,7 @@ class Panels:
         return call.word("panels.was-set", signal=signal, value=value)
 
     async def _live(self, socket: WebSocket) -> None:
-        """The viewer says {"bound": [[line, message, signal], ...]}, and receives their values in that order."""
+        """Receive {"bound": [[line, message, signal], ...]} from the viewer, and send the values in that order."""
         bound: list[Bound] = []
         viewer = object()
 
@@ -105,7 +105,7 @@ class Panels:
             self._tracing.taps.want(viewer, ())
 
     def _values(self, bound: list[Bound]) -> list[dict[str, object] | None]:
-        """Text, unit and number of each; None where its message has not come."""
+        """Return text, unit and number of each signal; None if its message has not been received."""
         watched = {line.address: line for line in self._tracing.taps.watched()}
         found: dict[tuple[str, str], dict[str, dict[str, object]]] = {}
         for one in bound:

@@ -1,4 +1,4 @@
-"""What of a frame changes each time that it is sent: counters and ramps, as "byte 7 0..255, Speed 0..8000/50"."""
+"""Values of a frame that change each time it is sent: counters and ramps, as "byte 7 0..255, Speed 0..8000/50"."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ LONGEST = 1_000_000  # values of one ramp
 
 
 class Change(NamedTuple):
-    """A signal, or with `byte` from 0 that byte, goes from `low` to `high` by `step`, then steps or jumps back."""
+    """A signal, or byte number `byte` if that is 0 or more, changes from `low` to `high` by `step`, then steps or jumps
+    back."""
 
     name: str
     byte: int
@@ -27,7 +28,7 @@ class Change(NamedTuple):
 
     @property
     def counts(self) -> bool:
-        """A byte that grows by one, and after 255 begins with 0: what the hub's cyclic list can do by itself."""
+        """Whether this is a byte that increases by one and restarts at 0 after 255, as in the hub's cyclic list."""
         return self.byte >= 0 and self[2:] == (0.0, 255.0, 1.0, False)
 
     def __str__(self) -> str:
@@ -36,7 +37,7 @@ class Change(NamedTuple):
         return f"{self.name} {self.low:.12g}..{self.high:.12g}{back}{step}"
 
     def value(self, number: int) -> float:
-        """The one of the frame with this number, from 0."""
+        """Return the value in the frame with this number, from 0."""
         last = int((self.high - self.low) / self.step + 1e-9)
         if self.back and last:
             at = number % (2 * last)
@@ -45,7 +46,9 @@ class Change(NamedTuple):
 
 
 def parsed(text: str) -> tuple[Change, ...]:
-    """Changes with commas between them, "NAME LOW..HIGH", "NAME LOW..HIGH..LOW", "/STEP" after it; raises BadValue."""
+    """Parse changes with commas between them: "NAME LOW..HIGH", "NAME LOW..HIGH..LOW", optionally with "/STEP".
+
+    Raises BadValue."""
     return tuple(_parsed(part.strip()) for part in re.split(r"[,;\n]", text) if part.strip())
 
 

@@ -1,4 +1,4 @@
-"""Rows that the hub's cyclic lists send: exact cycles, whatever this server is busy with."""
+"""Rows that the hub's cyclic lists send: their cycles are exact, even if this server is busy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _Cycling:
 
 
 class ExactCycles:
-    """Any thread may call. A line's list is held as long as something is on it."""
+    """Rows with exact cycles, for use by any thread. A line's list is held as long as it contains a row."""
 
     def __init__(self, link: HubLink) -> None:
         self._link = link
@@ -60,9 +60,10 @@ class ExactCycles:
         link.subscribe(lambda _: None, self._drop_all)
 
     def start(self, row: Row) -> None:
-        """Put it on the list, or change what is sent there in the same ticks.
+        """Put the row on the list, or change the frame that is sent there in the same cycle.
 
-        Raises BadValue for a cycle that is no number of the list's ticks, InUse, Unsupported, LineError, WrongState.
+        Raises BadValue for a cycle that is no whole number of the list's ticks, InUse, Unsupported, LineError,
+        WrongState.
         """
         with self._lock:
             held = self._cycling.get(row.number)
@@ -91,7 +92,8 @@ class ExactCycles:
                 self._leases.pop(held.row.line).close()
 
     def over(self, number: int) -> str | None:
-        """None while the row is sent; afterwards the error that ended it, "" if all its times were sent."""
+        """Return None while the row is sent; afterwards the error that ended it, "" if it was sent as often as
+        requested."""
         with self._lock:
             held = self._cycling.get(number)
             if held is None or held.channel.over:
@@ -103,7 +105,7 @@ class ExactCycles:
             return "" if done else None
 
     def delivered(self, number: int) -> int:
-        """How many frames of this row were on the bus, acknowledged."""
+        """Number of frames of this row that were acknowledged on the bus."""
         with self._lock:
             if (held := self._cycling.get(number)) is not None:
                 with suppress(CanwireError):  # as above
@@ -111,7 +113,7 @@ class ExactCycles:
             return self._delivered.get(number, 0)
 
     def close(self) -> None:
-        """Give everything back; a second time does nothing."""
+        """Release all lists and channels; a second call does nothing."""
         self._ends.set()
         self._thread.join()
         self._drop_all()
@@ -154,7 +156,7 @@ class ExactCycles:
         self._delivered[number] = self._delivered.get(number, 0) + own
 
     def _count(self) -> None:
-        """Empty the queues in time, even if no page is open."""
+        """Empty the queues regularly, even if no page is open."""
         while not self._ends.wait(_COUNT_S):
             for number in list(self._cycling):
                 self.delivered(number)
@@ -166,7 +168,7 @@ class ExactCycles:
 
 
 def _replaces(row: Row, before: Row) -> bool:
-    """Only the frame is another one, and it does not grow."""
+    """Whether only the frame of the row has changed, and its data are not longer."""
     same = row.line == before.line and row.cycle_ms == before.cycle_ms and row.most == before.most
     return same and not row.content.changes and not before.content.changes
 

@@ -26,7 +26,7 @@ def written(rows: Iterable[dict[str, str]]) -> str:
 
 
 def read(text: str, word: Words, typed: Callable[[Fields], Row]) -> list[Row]:
-    """The rows, all checked; raises BadValue with the place of the first one that is wrong."""
+    """Return the rows, all checked; raises BadValue with the place of the first invalid row."""
     try:
         told = json.loads(text)
         rows = told["rows"]
@@ -46,7 +46,7 @@ def read(text: str, word: Words, typed: Callable[[Fields], Row]) -> list[Row]:
 
 
 def typed_of(row: Row) -> dict[str, str]:
-    """What is typed to get this row."""
+    """Return the typed values that result in this row."""
     content = row.content
     return {
         "line": row.line,

@@ -1,4 +1,4 @@
-"""LIN lines that rows and schedules are sent from: their control, held as long as something is sent there."""
+"""LIN lines that send rows and schedules: their control is held as long as something is sent."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Sender = int | str
 
 
 class _Held:
-    """One line's control and the frames that it receives."""
+    """The control of one line, and the monitor that receives its frames."""
 
     def __init__(self, hub: Hub, place: LinePlace) -> None:
         self.place = place
@@ -52,7 +52,8 @@ class _Held:
 
 
 class LinOutlets:
-    """Any thread may send. Only the holder of a line's control can be its master, so it is given back when idle."""
+    """The LIN lines, for use by any thread. Control of a line is released when idle, because only its holder can be
+    master."""
 
     def __init__(self, link: HubLink) -> None:
         self._link = link
@@ -65,7 +66,7 @@ class LinOutlets:
         link.subscribe(lambda _: None, self.close)
 
     def bring_up(self, address: str, bit_rate: int, *, master: bool) -> None:
-        """Start this line, which runs until `shut_down` or the server's end; raises InUse, NoSuchBoard, BadValue."""
+        """Start this line; it runs until `shut_down` or the server's end. Raises InUse, NoSuchBoard, BadValue."""
         with self._lock:
             place = find_lin_line(self._link.hub, address)
             held = self._held.get(address)
@@ -79,7 +80,7 @@ class LinOutlets:
                 self._kept_up[address] = self._link.hub.open_monitor(place.board.id, place.line)
 
     def shut_down(self, address: str) -> None:
-        """Stop it; raises InUse, NoSuchBoard."""
+        """Stop the line; raises InUse, NoSuchBoard."""
         with self._lock:
             place = find_lin_line(self._link.hub, address)
             self._drop_line(address)
@@ -88,9 +89,10 @@ class LinOutlets:
             self._give_up(address)
 
     def send(self, row: Sender, address: str, frame: LinFrame) -> None:
-        """Put it on the bus as soon as that is free.
+        """Send the frame as soon as the bus is free.
 
-        Raises WrongState for a line that is no running master, Busy while the frame before is not over, NoSuchBoard.
+        Raises WrongState for a line that is no running master, Busy while the previous frame is not finished,
+        NoSuchBoard.
         """
         with self._lock:
             held = self._line(address)
@@ -109,7 +111,7 @@ class LinOutlets:
             self._line(address).rows.add(row)
 
     def under_way(self, row: Sender) -> bool:
-        """Whether a frame of this row is on its way: it was neither heard yet, nor was an error in its place."""
+        """Whether a frame of this row is in progress: neither it nor an error in its place was received yet."""
         with self._lock:
             for held in self._held.values():
                 if row in held.rows:
@@ -119,7 +121,7 @@ class LinOutlets:
         return False
 
     def delivered(self, row: Sender) -> int:
-        """How many frames of this row were heard on the bus, headers with their answers."""
+        """Number of frames of this row that were received from the bus; a header counts with its response."""
         with self._lock:
             for held in self._held.values():
                 with suppress(CanwireError):  # gone with its hub or board
@@ -127,7 +129,7 @@ class LinOutlets:
             return self._delivered.get(row, 0)
 
     def drop(self, row: Sender) -> None:
-        """This row sends nothing any more."""
+        """Stop sending this row."""
         with self._lock:
             for address, held in list(self._held.items()):
                 if row in held.rows:
@@ -137,7 +139,8 @@ class LinOutlets:
                     self._let_go(address)
 
     def schedule(self, address: str, table: LinSchedule, frames: list[LinFrame], rounds: int) -> None:
-        """Run this table in the hub, `rounds` times (0: without end), in place of one that runs; raises as `send`."""
+        """Run this table in the hub, `rounds` times (0: without end), instead of a running one; raises the errors of
+        `send`."""
         with self._lock:
             held = self._line(address)
             try:
@@ -149,7 +152,7 @@ class LinOutlets:
                 self._let_go(address)
 
     def stop_schedules(self, address: str = "") -> None:
-        """End the table of this line, or of every one."""
+        """End the schedule of this line, or of every line."""
         with self._lock:
             for one, held in list(self._held.items()):
                 if held.scheduled and one == (address or one):
@@ -160,12 +163,12 @@ class LinOutlets:
 
     @property
     def scheduled(self) -> list[str]:
-        """The lines whose table runs, or ran its rounds."""
+        """The lines with a schedule that runs, or has completed its rounds."""
         with self._lock:
             return [one for one, held in self._held.items() if held.scheduled and not held.control.over]
 
     def close(self) -> None:
-        """Give all lines back; schedules end."""
+        """Release all lines; schedules end."""
         with self._lock:
             self.stop_schedules()
             for address in list(self._held):
@@ -193,7 +196,7 @@ class LinOutlets:
         return held
 
     def _listen(self, held: _Held) -> None:
-        """Count what was heard: a frame that was sent before one that was heard is over, too."""
+        """Count the received frames; a frame that was sent before a received one is finished, too."""
         while (message := held.monitor.receive()) is not None:
             fits = [place for place, (_, id) in enumerate(held.waiting) if message.id in (id, _NO_ID)]
             if not fits:

@@ -1,4 +1,4 @@
-"""A channel to send from for each row that is sent; made when it is first needed, given back when the row is stopped.
+"""A channel for each row that is sent; it is opened when first needed, and closed when the row is stopped.
 
 With a separate channel, the frames of a row on the bus can be counted, and closing it discards the waiting ones.
 """
@@ -25,7 +25,8 @@ class _Outlet(NamedTuple):
 
 
 class Outlets:
-    """Any thread may send. Channels end with the hub and with their boards, and are then opened again."""
+    """The channels, for use by any thread. If the hub or a board is lost, its channels end and are
+    later opened again."""
 
     def __init__(self, link: HubLink) -> None:
         self._link = link
@@ -35,7 +36,7 @@ class Outlets:
         link.subscribe(lambda _: None, self.close)
 
     def send(self, row: int, address: str, frame: Frame) -> None:
-        """Queue it on that line.
+        """Queue the frame on that line.
 
         Raises WrongState for a line that does not run, or while the row's last frame still waits to be acknowledged;
         NoSuchBoard, HubLost.
@@ -56,7 +57,7 @@ class Outlets:
             channel.send(frame)
 
     def delivered(self, row: int) -> int:
-        """How many frames of this row were on the bus, acknowledged."""
+        """Number of frames of this row that were acknowledged on the bus."""
         with self._lock:
             count = self._before.get(row, 0)
             outlet = self._outlets.get(row)
@@ -71,7 +72,7 @@ class Outlets:
             self._close(row)
 
     def close(self) -> None:
-        """Give all channels back; what is still queued goes with them."""
+        """Close all channels; frames that are still queued are discarded."""
         with self._lock:
             for row in list(self._outlets):
                 self._close(row)

@@ -1,4 +1,4 @@
-"""A row of the transmit list, and what it sends."""
+"""A row of the transmit list, and its content."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Sent = Frame | LinFrame
 
 @dataclass(frozen=True)
 class Content:
-    """A frame, perhaps made of a message's signals (as typed), perhaps changing; or a sequence of `steps` (`text`)."""
+    """A frame, possibly of a message with typed signals, possibly with changes; or a sequence of `steps` (`text`)."""
 
     frame: Sent
     message: str = ""
@@ -32,7 +32,7 @@ class Content:
         return isinstance(self.frame, LinFrame)
 
     def at(self, number: int) -> Sent:
-        """The frame that is sent after `number` others; raises BadSignals where signals do not fit together."""
+        """Return the frame number `number`, from 0; raises BadSignals if signals do not fit together."""
         if not self.changes:
             return self.frame
         values = {one.name: f"{one.value(number):.12g}" for one in self.changes if one.byte < 0}
@@ -47,7 +47,7 @@ class Content:
 
 
 def with_data(frame: Sent, data: bytes) -> Sent:
-    """The same frame with other data of the same length."""
+    """Return the frame with other data of the same length."""
     if isinstance(frame, LinFrame):
         return LinFrame(frame.id, data, enhanced=frame.enhanced)
     return Frame(frame.id, data, extended=frame.extended, fd=frame.fd, bit_rate_switch=frame.bit_rate_switch)
@@ -55,11 +55,11 @@ def with_data(frame: Sent, data: bytes) -> Sent:
 
 @dataclass(frozen=True)
 class Row:
-    """For one line (its address). `cycle_ms` 0: by hand alone; `most` 0: without end, else so many times.
+    """A row for one line (its address). `cycle_ms` 0: sent only by hand. `most`: the number of frames, 0 for no limit.
 
-    `exact`: the hub's cyclic list keeps the cycle. `running`: it is sent in its cycle now; `queued` counts the frames
-    since it was made, `failed` those that could not be, and `trouble` says why the last one could not. `step` is how
-    far a sequence is.
+    `exact`: the hub's cyclic list sends the row. `running`: its cycle runs now. `queued` counts the frames since it was
+    added, `failed` those that could not be sent, and `trouble` is the last such error. `step` is the next step of a
+    sequence.
     """
 
     number: int
@@ -79,7 +79,7 @@ class Row:
 
     @property
     def frame(self) -> Sent:
-        """The first one."""
+        """The first frame of the row."""
         return self.content.frame
 
     def refused(self, why: str) -> Row:

@@ -1,4 +1,4 @@
-"""LIN lines started as master or slave, and schedule tables that the hub runs: typed, or those of an LDF file."""
+"""Starts LIN lines as master or slave, and runs schedule tables in the hub: typed ones, or those of an LDF file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Schedules:
         ]
 
     def tables(self) -> list[dict[str, str]]:
-        """Those of the LDF files that are open."""
+        """Return the schedule tables of the open LDF files."""
         return [
             {"key": f"{one.key}/{table}", "name": f"{one.name}: {table}"}
             for one in self._desk.databases.loaded
@@ -61,7 +61,7 @@ class Schedules:
         return call.word("send.lin-stopped", line=line)
 
     def _start(self, call: Call) -> str:
-        """Fields: line, rounds, and slots, or the key of a table."""
+        """Start a schedule. Fields: line, rounds, and slots or the key of a table."""
         fields = call.fields
         line = fields.text("line", longest=80, empty=False)
         rounds = fields.whole("rounds", 0, 1_000_000) if fields.text("rounds") else 0
@@ -84,7 +84,7 @@ class Schedules:
         return call.word("send.schedule-stopped", line=line)
 
     def _described(self, key: str) -> tuple[LinSchedule, list[LinFrame]]:
-        """A table, and what its master answers."""
+        """Return a table, and the responses of its master."""
         file, _, name = key.partition("/")
         if not any(one.key == file for one in self._desk.databases.loaded):
             raise BadValue(f"{key}: this description is not open any more")

@@ -16,16 +16,16 @@ _MESSAGE = re.compile(r"([A-Za-z_]\w*)((?:\s+\w+\s*=\s*\S+)*)")
 
 
 class Step(NamedTuple):
-    """One frame, and how long until the next one, at least."""
+    """One frame, and the minimum time until the next one."""
 
     frame: Frame | LinFrame
     pause_ms: float
 
 
 def parsed(text: str, database: Database, *, lin: bool) -> tuple[Step, ...]:
-    """A step in each line or between semicolons: `123#1122`, `EngineData Speed=1000`, or a pause, `10 ms`.
+    """Parse steps, each in a line or between semicolons: `123#1122`, `EngineData Speed=1000`, or a pause, `10 ms`.
 
-    Raises BadValue with the part that is none.
+    Raises BadValue with the invalid part.
     """
     steps: list[Step] = []
     for part in (one.strip() for one in re.split(r"[;\n]", text)):

@@ -1,4 +1,4 @@
-"""What is to be sent: rows with a frame each, sent by hand or over and over. One list for all viewers."""
+"""The transmit list: rows with a frame each, sent by hand or repeatedly. One list for all viewers."""
 
 from __future__ import annotations
 
@@ -17,22 +17,24 @@ _RETRY_S = 0.002  # a sequence waits for its last frame to be acknowledged, in s
 
 
 class Exact(Protocol):
-    """Sends rows at exact cycles: the hub's cyclic lists."""
+    """Sends rows at exact cycles, by the hub's cyclic lists."""
 
     def start(self, row: Row) -> None:
-        """Begin, or continue with the row's current values; raises CanwireError."""
+        """Begin, or continue with the row's present values; raises CanwireError."""
 
     def stop(self, number: int) -> None:
         """Send no more frames of this row."""
 
     def over(self, number: int) -> str | None:
-        """None while the row is sent; why it is not any more, "" where its times are over."""
+        """Return None while the row is sent; afterwards the error that ended it, "" if it was sent as often as
+        requested."""
 
 
 class TransmitList:
-    """`send(row, line, frame)` queues a frame or raises CanwireError; `drop(row)` takes back what still waits.
+    """The list. `send(row, line, frame)` queues a frame or raises CanwireError; `drop(row)` discards its waiting
+    frames.
 
-    Cycles run in a separate thread until `close`, those of exact rows by `exact`.
+    A separate thread runs cycles until `close`; `exact` runs those of exact rows.
     """
 
     def __init__(
@@ -66,14 +68,14 @@ class TransmitList:
             return list(self._rows.values())
 
     def row(self, number: int) -> Row:
-        """Raises BadValue for one that is not there."""
+        """Return a row; raises BadValue if it does not exist."""
         with self._changed:
             return self._row(number)
 
     def put(self, row: Row) -> Row:
-        """Add a row (number 0), or change one, whose cycle continues; raises BadValue where the list is full.
+        """Add a row (number 0), or change one, whose cycle continues; raises BadValue if the list is full.
 
-        Raises CanwireError where the hub's cyclic list refuses what an exact row has become; it is stopped then.
+        Raises CanwireError if the hub's cyclic list refuses the changed exact row, which is then stopped.
         """
         with self._changed:
             if row.number == 0:
@@ -94,13 +96,13 @@ class TransmitList:
             return self._rows[row.number]
 
     def remove(self, number: int) -> None:
-        """Raises BadValue for a row that is not there."""
+        """Remove a row; raises BadValue if it does not exist."""
         with self._changed:
             self.stop(number)
             del self._rows[number]
 
     def send_now(self, number: int) -> None:
-        """Send a row, or a whole sequence, once. An error that keeps the frame from the queue counts and is raised."""
+        """Send a row, or a whole sequence, once. An error that prevents queuing the frame is counted and raised."""
         with self._changed:
             row = self._row(number)
             if row.content.steps:
@@ -115,9 +117,9 @@ class TransmitList:
             self._rows[number] = row.sent()
 
     def start(self, number: int) -> None:
-        """Begin its cycle, with a frame immediately; raises BadValue for a row without one.
+        """Begin a row's cycle, with a frame immediately; raises BadValue for a row without a cycle.
 
-        An exact row's first frame comes after one cycle; raises CanwireError where the hub's list refuses it.
+        An exact row's first frame is sent after one cycle; raises CanwireError if the hub's list refuses it.
         """
         with self._changed:
             row = self._row(number)
@@ -126,7 +128,7 @@ class TransmitList:
             self._begin(replace(row, left=row.most, step=0), self._clock_s())
 
     def stop(self, number: int) -> None:
-        """End its cycle; nothing that still waits goes out. Raises BadValue for a row that is not there."""
+        """End a row's cycle; its waiting frames are discarded. Raises BadValue if the row does not exist."""
         with self._changed:
             row = self._row(number)
             self._rows[number] = replace(row, running=False, step=0)
@@ -140,14 +142,14 @@ class TransmitList:
             self.stop(row.number)
 
     def close(self) -> None:
-        """End all cycles; a second time does nothing."""
+        """End all cycles; a second call does nothing."""
         with self._changed:
             self._ends = True
             self._changed.notify()
         self._thread.join()
 
     def fire(self) -> float | None:
-        """Send whatever is due, each row once; seconds until the next one is, None if none is running."""
+        """Send all rows that are due, each once; returns the seconds until the next one, None if no cycle runs."""
         with self._changed:
             now_s = self._clock_s()
             for number in [number for number, due_s in self._due_s.items() if due_s <= now_s]:
@@ -185,7 +187,8 @@ class TransmitList:
         self._again(row, self._due_s[row.number], now_s)
 
     def _fire_step(self, row: Row, now_s: float) -> None:
-        """A frame of a sequence; one that cannot be sent yet is waited for, so that their order is kept."""
+        """Send one frame of a sequence; a frame that cannot be sent yet is tried again later, so that the order is
+        kept."""
         steps = row.content.steps
         try:
             self._send(row.number, row.line, steps[row.step].frame)
@@ -203,7 +206,7 @@ class TransmitList:
         self._again(replace(row, step=0), begun_s, max(now_s, self._due_s[row.number] + pause_s))
 
     def _again(self, row: Row, begun_s: float, earliest_s: float) -> None:
-        """The next round, unless this was the last one."""
+        """Schedule the row's next round, unless this was the last one."""
         if row.left == 1 or not row.cycle_ms:
             self._rows[row.number] = replace(row, running=False, left=0)
             del self._due_s[row.number]

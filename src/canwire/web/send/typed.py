@@ -1,4 +1,4 @@
-"""A row of the list as it was typed: every fault at its field."""
+"""Makes a row of the list from typed values, with every fault at its field."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ DatabaseOf = Callable[[str], "Database"]
 
 
 def typed_row(fields: Fields, word: Words, database_of: DatabaseOf) -> Row:
-    """Fields: number (0: a new one), line, cycle, most, key, comment, exact; raises BadFields.
+    """Return the row of the fields number (0: a new row), line, cycle, most, key, comment, exact; raises BadFields.
 
     The frame is format, id, data or dlc; or message, and each of its signals as "signal.NAME"; or a sequence, `steps`.
-    `changes` is what changes from one frame to the next. `database_of` gives what describes a line.
+    `changes` are the values that change between frames. `database_of` returns the description of a line's bus.
     """
     number = fields.whole("number", 0, 1_000_000) if fields.text("number") else 0
     line = fields.text("line", longest=80, empty=False)
@@ -53,7 +53,7 @@ def _check_exact(fields: Fields, word: Words, content: Content, cycle_ms: float,
 
 
 class Typing:
-    """What a row sends, by its fields; faults are noted there, and a content without meaning is returned."""
+    """The content of a row by its fields; faults are noted in the fields, and a meaningless content is returned."""
 
     def __init__(self, fields: Fields, word: Words, database: Database) -> None:
         self._fields = fields

@@ -1,4 +1,5 @@
-"""The transmit list: by hand, on a key, in a cycle, for any line; and schedules of LIN lines."""
+"""The view of the transmit list: frames sent by hand, by a key, or in a cycle, on any line; and
+schedules of LIN lines."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ SCRIPTS, STYLES = ("send/send.js",), ("send/send.css",)  # of every page with th
 
 
 class Sending:
-    """What the view keeps: the list, and what it sends from."""
+    """The state of the view: the list, and the objects that send it."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -70,7 +71,7 @@ class Sending:
         ]
 
     def database_of(self, address: str) -> Database:
-        """What describes this line's bus; that of every bus while the hub is away."""
+        """Return the description of this line's bus; while the hub is away, that for every bus."""
         try:
             buses = {one.place.address: one.place.info.bus for one in look(self._desk.link.hub)}
         except CanwireError:
@@ -84,9 +85,9 @@ class Sending:
         return self.list.put(typed_row(fields, call.word, self.database_of))
 
     def set_signal(self, call: Call, line: str, message: str, signal: str, value: str) -> None:
-        """Change it in the row of this message, made where there is none, and send that unless it is in its cycle.
+        """Change a signal in the row of this message, and send the row unless its cycle runs; a missing row is added.
 
-        Raises BadFields, BadValue, and what keeps the frame from being queued.
+        Raises BadFields, BadValue, and the errors of queuing the frame.
         """
         for row in self.list.rows:
             if row.line == line and row.content.message == message:
@@ -116,7 +117,7 @@ class Sending:
         return self._desk.part(request, "send/list.jinja", rows=rows, scheduled=self.lin.scheduled)
 
     def _choices(self, _: Request) -> Response:
-        """What a row can be for: lines with the names of their messages."""
+        """Return the choices for a row: lines with the names of their messages."""
         try:
             lines = look(self._desk.link.hub)
         except CanwireError:
@@ -142,19 +143,19 @@ class Sending:
         )
 
     def _signals(self, request: Request) -> Response:
-        """Fields for a message's signals."""
+        """Render the fields for a message's signals."""
         query = request.query_params
         inputs = self.database_of(query.get("line", "")).inputs(query.get("message", ""))
         return self._desk.part(request, "send/signals.jinja", inputs=inputs)
 
     def _file(self, _: Request) -> Response:
-        """The list as a file, which `load` takes."""
+        """Return the list as a file, which `load` accepts."""
         text = written(typed_of(row) for row in self.list.rows)
         headers = {"content-disposition": 'attachment; filename="transmit-list.json"'}
         return Response(text, media_type="application/json", headers=headers)
 
     def _load(self, call: Call) -> str:
-        """Rows of such a file, after those that are there."""
+        """Add the rows of such a file after the present rows."""
         text = call.fields.text("list", longest=MOST_BYTES, empty=False)
         call.fields.check()
         rows = read(text, call.word, lambda fields: typed_row(fields, call.word, self.database_of))
@@ -163,7 +164,7 @@ class Sending:
         return call.word("send.loaded", count=len(rows))
 
     def _shown(self, row: Row) -> dict[str, object]:
-        """For list.jinja: the row, how often it was on the bus, and what is typed for it."""
+        """Return the values for list.jinja: the row, its number of acknowledged frames, and its typed values."""
         typed = typed_of(row)
         delivered = self._delivered(row.number)
         inputs = self.database_of(row.line).inputs(row.content.message) if row.content.message else []

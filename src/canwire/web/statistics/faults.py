@@ -1,4 +1,4 @@
-"""Faults that are put on a bus from the page, `Hub.bus(...).faults`; they end with this server at the latest."""
+"""Faults that the page sets on a bus, `Hub.bus(...).faults`; they end at the latest with this server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ERRORS = ("stuff", "form", "crc", "bit", "ack")
 
 
 class Shown(NamedTuple):
-    """A fault that is there: `number` takes it back, where it is this server's (else 0)."""
+    """A fault on a bus: `number` cancels it if this server set it (else 0)."""
 
     bus: str
     number: int
@@ -39,7 +39,7 @@ def _inject(faults: CanBusFaults, fields: Fields) -> HubFault:
 
 
 def _which(fields: Fields) -> tuple[int | None, int]:
-    """The identifier (None: any) and how often."""
+    """Return the identifier (None: any) and the number of times."""
     identifier = fields.hexadecimal("id", 0, 0x1FFFFFFF) if fields.text("id") else None
     return identifier, fields.whole("times", 1, 1_000_000)
 
@@ -78,7 +78,7 @@ KINDS: dict[str, Callable[[CanBusFaults, Fields], HubFault]] = {
 
 
 class Faults:
-    """What this server has set; any thread may ask."""
+    """The faults that this server has set, for use by any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -86,14 +86,15 @@ class Faults:
         self._next = 1
 
     def put(self, hub: Hub, bus: str, kind: str, fields: Fields) -> None:
-        """Raises BadFields for wrong values, NoSuchBoard for no such bus, BadValue for what no fault can be."""
+        """Set a fault. Raises BadFields for wrong values, NoSuchBoard for an unknown bus, BadValue for an impossible
+        fault."""
         fault = KINDS[kind](hub.bus(bus).faults, fields)
         with self._lock:
             self._set[self._next] = fault
             self._next += 1
 
     def shown(self, hub: Hub) -> list[Shown]:
-        """All faults that are set on a bus now, by any program."""
+        """Return all present faults of all buses, set by any program."""
         with self._lock:
             self._set = {number: fault for number, fault in self._set.items() if not fault.over}
             mine = {fault.info().number: number for number, fault in self._set.items()}
@@ -105,13 +106,13 @@ class Faults:
         ]
 
     def cancel(self, number: int) -> None:
-        """Raises BadValue for one that is not this server's."""
+        """Cancel a fault; raises BadValue if this server did not set it, or it has ended."""
         with self._lock:
             if number not in self._set:
                 raise BadValue(f"fault {number} is over, or was set by another program")
             self._set.pop(number).cancel()
 
     def forget(self) -> None:
-        """The hub is gone, and every fault with it."""
+        """Forget all faults, which ended with the hub."""
         with self._lock:
             self._set.clear()

@@ -1,4 +1,4 @@
-"""The counters of every CAN line, looked at twice a second and kept for ten minutes."""
+"""Samples the counters of every CAN line twice a second, and keeps them for ten minutes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KEPT = 1200  # looks: ten minutes
 
 
 class Sample(NamedTuple):
-    """One look at a line: rates a second since the look before, and counters. `time_s` is the hub's."""
+    """One sample of a line: rates per second since the previous sample, and counters. `time_s` is the hub's time."""
 
     number: int
     time_s: float
@@ -52,12 +52,12 @@ class Sampler:
             return [sample for sample in self._samples.get(address, ()) if sample.number > after]
 
     def peak(self, address: str) -> float:
-        """The highest load that was seen there, in percent."""
+        """Return the highest load of the line so far, in percent."""
         with self._lock:
             return self._peaks.get(address, 0.0)
 
     def look(self, lines: list[Line]) -> None:
-        """Take these lines' counters as of now."""
+        """Sample the present counters of these lines."""
         with self._lock:
             self._number += 1
             there = {line.place.address: line.can for line in lines if line.can is not None}
@@ -75,7 +75,7 @@ class Sampler:
         seconds = (now.time_ns - before.time_ns) / 1e9
 
         def rate(name: str) -> float:
-            """Counters restart when a line is set up: then the count since that time."""
+            """Return a rate; after a line was set up, counters restart at 0, and the rate uses the count since then."""
             after, earlier = int(getattr(now, name)), int(getattr(before, name))
             return round((after - earlier if after >= earlier else after) / seconds, 2)
 

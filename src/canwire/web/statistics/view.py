@@ -1,4 +1,4 @@
-"""Load, rates, errors and counters over time, and faults to put on a bus."""
+"""The view of load, rates, errors and counters over time, and of faults that the page sets on a bus."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_SHOWN = 40  # lines; more are found by the search
 
 
 class Statistics:
-    """What the view keeps: samples, and the faults it has set."""
+    """The state of the view: samples, and the faults it has set."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -64,7 +64,8 @@ class Statistics:
         )
 
     def _samples(self, request: Request) -> Response:
-        """Columns of numbers: those of Sample, each a list; `epoch` and its times are seconds since 1970."""
+        """Return columns of numbers, one list for each field of Sample; `epoch` plus a time is in
+        seconds since 1970."""
         address = request.query_params.get("line", "")[:_ADDRESS]
         after = request.query_params.get("after", "0")
         if not after.isdecimal() or len(after) > 12:

@@ -28,7 +28,7 @@ _KEPT_TEXTS = 4096
 
 
 class Shown(NamedTuple):
-    """What a viewer sees now. `fault` is the part of its filter that means nothing, `bad_rules` rules that do."""
+    """The present view of a viewer. `fault` is the invalid part of its filter, `bad_rules` are its invalid rules."""
 
     look: Look
     source: Source
@@ -38,7 +38,7 @@ class Shown(NamedTuple):
 
 
 class Answers:
-    """To one viewer. `rules` are tests with the colours they give."""
+    """Makes the answers to one viewer. `rules` are filters with their colours."""
 
     def __init__(self, databases: Databases, word: Words) -> None:
         self._databases = databases
@@ -48,7 +48,7 @@ class Answers:
         self.rules: list[tuple[Test, int]] | None = None
 
     def by_time(self, shown: Shown, at: int, count: int, found: int | None) -> bytes:
-        """Rows from place `at` on; `found` is the place that was looked for, -1 where there is none."""
+        """Return the rows from place `at` on; `found` is the place of the row that was searched for, -1 without one."""
         rows = shown.selection.rows(at, count)
         head = self._head(shown)
         head |= {"at": at, "rows": len(rows), "count": shown.selection.count, "byFrame": False}
@@ -57,7 +57,7 @@ class Answers:
         return _packed(head, self._coloured(rows).tobytes())
 
     def by_frame(self, shown: Shown, page: Page, left_out: int) -> bytes:
-        """Rows of the table, with their signals."""
+        """Return rows of the table by identifier, with their signals."""
         now_ns = shown.source.now_ns()
         extra = numpy.zeros(len(page.rows), EXTRA)
         extra["count"] = page.extra["count"]
@@ -119,7 +119,7 @@ class Answers:
 
 
 def frame_of(record: bytes) -> Frame | LinFrame | None:
-    """A row's frame; None for a row that is none."""
+    """Return a row's frame; None for a row that is no frame."""
     try:
         if record[12] == 0:
             return frame_of_record(record)

@@ -1,4 +1,4 @@
-"""One row opened: what it says, its signals, and its bits on the wire."""
+"""The details of one row: its content, its signals, and its bits on the wire."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Details:
 
 
 def details_of(record: str, following: str, database: Database, word: Words) -> Details:
-    """The details of a record in hex; for an error `following` is the repeated frame. Raises BadFields."""
+    """Return the details of a record in hex; for an error `following` is the repeated frame. Raises BadFields."""
     content = _content(record, word)
     if isinstance(content, Frame):
         return _frame_details(content, database, word)

@@ -1,4 +1,4 @@
-"""A frame drawn bit by bit as it stood on the wire: what drawing.jinja turns into SVG."""
+"""A frame bit by bit as it was on the wire; drawing.jinja draws it as SVG."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Bit(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A field's part in one row: its name above so many bits from `start` on."""
+    """The part of a field in one row: its name above a number of bits from `start` on."""
 
     name: str
     start: int
@@ -32,7 +32,7 @@ class Span(NamedTuple):
 
 
 class Row(NamedTuple):
-    """Bits `first` and on: spans, the bits, and the level as a line."""
+    """One row of the drawing, from bit `first` on: the fields, the bits, and the level as a line."""
 
     first: int
     spans: list[Span]
@@ -41,7 +41,8 @@ class Row(NamedTuple):
 
 
 def bits_of(frame: Frame, error_at: int = -1) -> list[Bit]:
-    """The bits from SOF to EOF, acknowledged; with `error_at` up to that bit, then an active error flag, delimiter."""
+    """Return the bits from SOF to EOF, acknowledged; with `error_at`, up to that bit, then an error
+    flag and delimiter."""
     layout = BitLayout(frame)
     layout.levels[layout.ack_slot()] = 0
     bits = [
@@ -56,7 +57,7 @@ def bits_of(frame: Frame, error_at: int = -1) -> list[Bit]:
 
 
 def rows_of(bits: Sequence[Bit]) -> list[Row]:
-    """Rows of 32 bits."""
+    """Divide the bits into rows of 32."""
     return [
         _row(first, bits[first : first + BITS], bits[first - 1].level if first else 1)
         for first in range(0, len(bits), BITS)

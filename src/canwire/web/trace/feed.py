@@ -1,9 +1,9 @@
-"""Rows to one viewer, which asks for what it shows: nothing is queued for it, so it can neither miss a row nor be late.
+"""Sends rows to one viewer on request: nothing is queued for the viewer, so it cannot miss a row or lag behind.
 
-The viewer says {"look": ...} (look.py) whenever it wants to see something else, and {"ask": ...} for the rows on its
-screen. Each ask gets one answer, when new rows exist, and after TOLD_S at the latest: a viewer that receives nothing
-for longer knows that the server is gone. An answer is a head in JSON, its length before it (32 bits,
-little-endian), `rows` rows of 88 bytes, and by identifier as many extras (answers.py).
+The viewer sends {"look": ...} (look.py) whenever its view changes, and {"ask": ...} for the rows on its screen. Each
+request gets one answer, when new rows exist, and after TOLD_S at the latest: a viewer that receives nothing for longer
+knows that the server has ended. An answer is a JSON head, preceded by its length (32 bits, little-endian), `rows` rows
+of 88 bytes, and, by identifier, an extra for each row (answers.py).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TOLD_S = 0.5  # the longest that an answer takes
 
 
 class Feed:
-    """One viewer's. `viewing(look, viewer, before)` is what it looks at; raises BadValue for a source that is gone."""
+    """The feed of one viewer. `viewing(look, viewer, before)` makes its view; raises BadValue for a closed source."""
 
     def __init__(self, socket: WebSocket, viewing: Callable[[Look, object, Viewing | None], Viewing]) -> None:
         self._socket = socket
@@ -47,7 +47,7 @@ class Feed:
                 self._viewing.leave()
 
     def _hear(self, told: dict[str, Any]) -> None:
-        """ValueError for what means nothing."""
+        """Handle a message of the viewer; raises ValueError for an invalid one."""
         if not told.keys() & {"look", "ask"}:
             raise ValueError("look or ask")
         look = Look.parse(told["look"]) if "look" in told else self._look
@@ -56,7 +56,8 @@ class Feed:
         self._news.set()
 
     def _grown(self) -> None:
-        """Called in the writer's thread. Who asks for nothing now looks for itself when it asks."""
+        """Wake the feed for new rows. Called in the writer's thread; without a pending request
+        there is nothing to do."""
         if self._ask is not None and not self._news.is_set():
             self._loop.call_soon_threadsafe(self._news.set)
 
@@ -77,7 +78,7 @@ class Feed:
             await asyncio.sleep(PACE_S)
 
     def _answer(self, viewing: Viewing, ask: Ask, anyway: bool) -> bytes | None:
-        """None while there is nothing new, unless something is to be said `anyway`."""
+        """Return the answer; None if there is nothing new, unless `anyway` requests an answer."""
         viewing.extend()
         state = ask, viewing.look, viewing.state
         if state == self._answered and not anyway:
@@ -94,7 +95,7 @@ class Feed:
         self._news.set()
 
     async def _waited(self) -> float:
-        """Until there may be something to say; seconds, TOLD_S if there was nothing for so long."""
+        """Wait until there may be new rows; returns the seconds waited, TOLD_S if nothing happened for so long."""
         if self._ask is not None and self._viewing is not None and self._viewing.more:
             return 0.0
         try:

@@ -1,4 +1,4 @@
-"""Logs in and out: what is shown goes into a file of any format, and a file of any format is shown."""
+"""Saves the shown rows as a log of any format, and opens a log of any format."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _FOLDERS = ("trace", "journal")  # formats that are no single file
 
 
 class Logs:
-    """Routes of the trace. `source` finds one by its name, raising BadValue."""
+    """Routes of the trace. `source` returns a source by its name, and raises BadValue."""
 
     def __init__(self, desk: Desk, source: Callable[[str], Source], opened: OpenedLogs, taps: Taps) -> None:
         self._desk = desk
@@ -62,7 +62,7 @@ class Logs:
         ]
 
     def _save(self, request: Request) -> Response:
-        """The rows that a viewer looks at, or those of some numbers, as a file of the format asked for."""
+        """Save the rows of a viewer's view, or the rows with some numbers, as a file of the requested format."""
         query, word = request.query_params, self._desk.words(request)
         try:
             look = _look(query)
@@ -93,7 +93,7 @@ class Logs:
         )
 
     def _parts(self, look: Look, source: Source, numbers: str | None) -> Iterator[numpy.ndarray]:
-        """Rows, some at a time: those of these numbers, or all that pass."""
+        """Yield the rows with these numbers, or all rows that pass the filter, some at a time."""
         if numbers is not None:
             wanted = sorted({int(one) for one in numbers.split(",") if one})
             return iter([source.history.pick(numpy.array(wanted, numpy.int64))])
@@ -105,7 +105,8 @@ class Logs:
         return sending.lin
 
     def _replay(self, call: Call) -> str:
-        """Fields: source, line.CHANNEL for each channel of the log, speed, and of the range from, to (s), filter."""
+        """Replay a log. Fields: source, line.CHANNEL for each channel of the log, speed, and for the range from, to
+        (s), filter."""
         fields = call.fields
         onto = {
             name.removeprefix("line."): fields.text(name, longest=80)
@@ -130,7 +131,7 @@ class Logs:
         return call.word("trace.replaying", name=log.name, line=", ".join(lines.values()))
 
     def _check_lines(self, call: Call, onto: Mapping[str, str]) -> None:
-        """Each line is for one channel, and there is one at least."""
+        """Check that each line has at most one channel, and that at least one line is given."""
         fields = call.fields
         if not onto:
             first = next((name for name in fields.given if name.startswith("line.")), "line.")
@@ -147,7 +148,7 @@ class Logs:
         )
 
     async def _open(self, request: Request) -> Response:
-        """A log's bytes are the body, its name the query's `name`; the answer has the key by which it is found."""
+        """Open a log: the body contains its bytes, the query `name` its name; the answer contains its key."""
         name = Path(request.query_params.get("name", "")).name[:200]
         if not name:
             return JSONResponse({"message": self._desk.words(request)("base.needed")}, 422)
@@ -179,7 +180,7 @@ class Logs:
 
 
 def writable_formats() -> list[str]:
-    """Names of the formats that are one file each."""
+    """Return the names of the formats that are written to one file."""
     return [one.name for one in log_formats() if one.writes and one.name not in _FOLDERS]
 
 
@@ -199,5 +200,5 @@ def _look(query: Mapping[str, str]) -> Look:
 
 
 def file_name(suffix: str) -> str:
-    """The name of a download, by the time of day."""
+    """Return the name of a download, with the date and time of day."""
     return time.strftime(f"canwire-%Y%m%d-%H%M%S.{suffix}")

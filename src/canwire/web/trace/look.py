@@ -1,4 +1,4 @@
-"""What one viewer looks at: lines, a filter, colours, from where to where. Checked as it comes from the socket."""
+"""The view of one viewer: lines, filter, colours, range of rows. Data of the web socket are checked."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _LONGEST = 400
 
 @dataclass(frozen=True)
 class Look:
-    """`number` is the viewer's own, and comes back with every answer. `rules`: filters with their colours.
-    `direction`: "R" received and "T" sent frames alone, "" both.
+    """A view. `number` is the viewer's, and is part of every answer. `rules`: filters with their colours.
+    `direction`: "R" for received frames only, "T" for sent frames only, "" for both.
 
-    Rows from number `since` on, up to `until` (None: whatever comes, else the viewer has paused).
+    It contains rows from number `since` on, up to `until` (None: no limit; otherwise the viewer has paused).
     """
 
     number: int
@@ -30,7 +30,7 @@ class Look:
 
     @classmethod
     def parse(cls, told: dict[str, Any]) -> Look:
-        """Raises ValueError, KeyError or TypeError for what is none."""
+        """Check and convert a received view; raises ValueError, KeyError or TypeError for an invalid one."""
         if not isinstance(told, dict):
             raise ValueError("an object")
         until = told.get("until")
@@ -51,10 +51,10 @@ class Look:
 
 @dataclass(frozen=True)
 class Ask:
-    """Rows to be shown: `rows` of them from place `at` on; -1: the newest ones. `by_frame`: one for each identifier.
+    """A request for `rows` rows from place `at` on; -1: the newest ones. `by_frame`: one row for each identifier.
 
-    With a text to `find` it is the rows about the nearest one that has it, after place `begin` (`step` -1: before it);
-    `near` the row of that number, `time_ns` the first one that is not before it.
+    With a text to `find`, rows around the nearest row with this text after place `begin` (`step` -1: before it); with
+    `near`, around the row with that number; with `time_ns`, around the first row that is not earlier.
     """
 
     at: int
@@ -68,7 +68,7 @@ class Ask:
 
     @classmethod
     def parse(cls, told: dict[str, Any]) -> Ask:
-        """Raises ValueError, KeyError or TypeError for what is none."""
+        """Check and convert a received request; raises ValueError, KeyError or TypeError for an invalid one."""
         if not isinstance(told, dict):
             raise ValueError("an object")
         at, begin = told["at"], told.get("begin", -1)

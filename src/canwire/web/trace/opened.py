@@ -1,4 +1,4 @@
-"""Logs that were opened in the page: each is read into a separate history, and shown as if it were live."""
+"""Logs that were opened in the page: each is read into a separate history, and shown like live data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SENT, _LIN_SENT = 1 << 21, 1 << 25  # of the info word
 
 
 class OpenedLog:
-    """A source. It is read in a thread, and its rows can be seen meanwhile; `trouble` says what could not be read."""
+    """A log as a source. A thread reads it, and its rows are visible meanwhile; `trouble` reports unreadable parts."""
 
     live = False
 
@@ -59,15 +59,15 @@ class OpenedLog:
         return list(self._channels)
 
     def wait(self, timeout_s: float) -> None:
-        """Wait until the first rows are there or the reader has ended, up to this time."""
+        """Wait at most this number of seconds until the first rows are there or the reader has ended."""
         self._begun.wait(timeout_s)
 
     def kind_of(self, channel: str) -> str:
-        """ "LIN" for a channel on which there was some so far, else "CAN"."""
+        """Return "LIN" for a channel on which LIN entries were found so far, else "CAN"."""
         return "LIN" if self.channels.index(channel) in self._lin else "CAN"
 
     def want(self, viewer: object, addresses: Collection[str]) -> None:
-        """All of it is read in any case."""
+        """Do nothing: the whole log is read in any case."""
 
     def indices(self, addresses: Collection[str]) -> list[int]:
         channels = self.channels
@@ -85,7 +85,7 @@ class OpenedLog:
         return newest_ns(self.history)
 
     def close(self) -> None:
-        """Forget it; a second time does nothing."""
+        """Close the log and remove its rows; a second call does nothing."""
         self._ends.set()
         self._thread.join()
         self.history.close()
@@ -127,7 +127,7 @@ class OpenedLog:
 
 
 class OpenedLogs:
-    """Those of a server, by a name for each."""
+    """The open logs of a server, by their keys."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -140,7 +140,7 @@ class OpenedLogs:
             return dict(self._logs)
 
     def open(self, name: str, folder: tempfile.TemporaryDirectory[str], path: Path) -> str:
-        """Read this file, which goes with its folder; raises BadValue where too many are open."""
+        """Read this file, whose folder is removed together with it; raises BadValue if too many logs are open."""
         with self._lock:
             if len(self._logs) >= MOST_OPEN:
                 raise BadValue(f"{MOST_OPEN} logs are open; close one first")
@@ -150,7 +150,7 @@ class OpenedLogs:
         return key
 
     def find(self, key: str) -> OpenedLog:
-        """Raises BadValue for one that is not open."""
+        """Return an open log; raises BadValue if it is not open."""
         log = self.logs.get(key)
         if log is None:
             raise BadValue(f"{key}: this log is not open any more")
@@ -172,7 +172,7 @@ def _is_lin(records: numpy.ndarray) -> NDArray[numpy.bool_]:
 
 
 def _rows(batch: LogBatch) -> numpy.ndarray:
-    """A log's records as rows; marks that are no loss are left out."""
+    """Convert a log's records to rows; marks are left out unless they report a loss."""
     records = batch.records
     plain: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize)[:, :80]
     rows = rows_of(numpy.zeros(len(records), row_dtype()["record"]), 0)

@@ -1,4 +1,4 @@
-"""A signal's values over time, from the rows of a history: few enough to be drawn, with every peak."""
+"""A signal's values over time, from the rows of a history: reduced to few points, but with every peak."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_POINTS = 8000
 
 
 class Wanted(NamedTuple):
-    """A signal of a frame on a line, by the line's number in rows."""
+    """A signal of a frame on a line; the line is given by its number in rows."""
 
     line: int
     id: int
@@ -29,7 +29,7 @@ class Wanted(NamedTuple):
 def curve(
     history: History, database: Database, wanted: Wanted, begin: int, end: int
 ) -> tuple[list[float], list[float]]:
-    """Seconds and physical values in the rows between two numbers; of many points those at the peaks."""
+    """Return seconds and physical values in the rows between two numbers; of many points only the peaks."""
     times, values = [numpy.zeros(0)], [numpy.zeros(0)]
     for rows in history.blocks(begin, end):
         fits = is_frame(rows) & (rows["line"] == wanted.line) & (identifiers(rows) == wanted.id)
@@ -42,7 +42,7 @@ def curve(
 
 
 def thinned(times: numpy.ndarray, values: numpy.ndarray) -> tuple[list[float], list[float]]:
-    """Up to MOST_POINTS points: the least and the greatest value of each part."""
+    """Return at most MOST_POINTS points: the smallest and the largest value of each part."""
     if len(times) > MOST_POINTS:
         parts = MOST_POINTS // 2
         size = -(-len(times) // parts)

@@ -1,4 +1,4 @@
-"""Everything from some lines into a file, for as long as wanted: the rows that the screen has, and its marks."""
+"""Records all rows of some lines in a file, including the marks that the trace shows."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Progress(NamedTuple):
-    """`rows` written, `missed` ones that were gone before they could be; `trouble` is why it ended by itself.
+    """The state of the recording. `rows` were written; `missed` rows were overwritten before they could be written.
 
-    `files` are the numbers of the recordings there are.
+    `trouble` is the error that ended it. `files` are the numbers of the existing recordings.
     """
 
     running: bool
@@ -32,7 +32,7 @@ class Progress(NamedTuple):
 
 
 class Recording:
-    """One at a time for the whole server; each has a separate file, which is deleted when the server ends."""
+    """The server's recording, one at a time; each has a separate file, which is deleted when the server ends."""
 
     def __init__(self, history: History, taps: Taps) -> None:
         self._history = history
@@ -45,7 +45,7 @@ class Recording:
         self._progress = Progress(False, (), 0, 0, "")
 
     def path(self, number: int = 0) -> Path:
-        """The file of that recording, 0 the last one; raises BadValue where there is none."""
+        """Return the file of that recording, 0: the last one; raises BadValue if it does not exist."""
         files = self._progress.files
         number = number or max(files, default=0)
         if number not in files:
@@ -57,7 +57,7 @@ class Recording:
         return self._progress
 
     def start(self, lines: Collection[str]) -> None:
-        """Begin with what comes from now on, in a new file; raises InUse while one runs."""
+        """Start a recording of all rows from now on, in a new file; raises InUse if a recording runs."""
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
                 raise InUse("a recording runs already; stop it first")
@@ -72,7 +72,7 @@ class Recording:
             self._thread.start()
 
     def stop(self) -> None:
-        """What came before is written; a second time does nothing."""
+        """Stop the recording after writing all rows received before; a second call does nothing."""
         with self._lock:
             if self._thread is not None:
                 self._taps.settle()
@@ -117,5 +117,5 @@ class Recording:
 
 
 def names_of(taps: Taps, lines: Collection[str]) -> dict[int, str]:
-    """What the lines' channels are called in logs, by their numbers in rows."""
+    """Return the names of the lines' channels in logs, by the lines' numbers in rows."""
     return {one.number: one.bus or one.address for one in taps.watched(lines) if one.number >= 0}

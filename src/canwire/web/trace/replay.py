@@ -1,4 +1,4 @@
-"""An opened log played onto lines of the hub: its frames at their times, faster or slower, all or a range of them."""
+"""Replays an opened log on lines of the hub: its frames at their times, faster or slower, all or a range of them."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _PART = 4096  # rows
 
 
 class Wanted(NamedTuple):
-    """What is played: the selection's frames with stamps (ns) from `begin` up to `end`, each on its channel's line.
+    """The frames to replay: those of the selection with stamps (ns) from `begin` up to `end`, by channel on a line.
 
-    `lines` are addresses by the numbers that the channels have in rows. `speed` 2 is twice as fast, 0 as fast as each
-    bus takes them.
+    `lines` are addresses by the channels' numbers in rows. `speed` 2 is twice as fast, 0 as fast as each bus accepts
+    frames.
     """
 
     name: str
@@ -45,9 +45,9 @@ class Wanted(NamedTuple):
 
 
 class Played(NamedTuple):
-    """The replay of this `number`, from 1: `sent` were given to the lines, `delivered` acknowledged or heard.
+    """The state of replay `number`, from 1: `sent` frames were queued, `delivered` ones acknowledged or received back.
 
-    `skipped` are no frames of the line's kind.
+    `skipped` rows are no frames of the line's kind.
     """
 
     number: int = 0
@@ -75,7 +75,7 @@ class Replay:
 
     @property
     def played(self) -> Played:
-        """How far it is, or was."""
+        """The progress of the present or last replay."""
         players = list(self._players)
         return Played(
             self._number,
@@ -89,7 +89,7 @@ class Replay:
         )
 
     def start(self, wanted: Wanted) -> None:
-        """Raises InUse while one runs, WrongState for a line that does not run, NoSuchBoard, HubLost."""
+        """Start a replay. Raises InUse if one runs, WrongState for a line that does not run, NoSuchBoard, HubLost."""
         with self._lock:
             if any(one.running for one in self._players):
                 raise InUse(f"{self._about[0]} is being replayed; stop it first")
@@ -111,7 +111,7 @@ class Replay:
                 player.start()
 
     def stop(self) -> None:
-        """What waits in the lines' queues is taken back; a second time does nothing."""
+        """Stop the replay, and discard the frames in the lines' queues; a second call does nothing."""
         self._ends.set()
         for player in self._players:
             player.join()
@@ -124,14 +124,14 @@ class Replay:
 
 
 class _Begin(NamedTuple):
-    """The moment at which a row with this stamp is due."""
+    """Calculates the moment at which a row with a given time stamp is due."""
 
     at_s: float
     stamp_ns: int
 
 
 class _Player(threading.Thread):
-    """One channel of the log onto one line: none waits for another's bus."""
+    """Replays one channel of the log on one line; it does not wait for other lines."""
 
     def __init__(
         self, wanted: Wanted, channel: int, sink: Sink, begun: _Begin, ends: threading.Event
@@ -196,7 +196,7 @@ class _Player(threading.Thread):
 
 
 def _parts(wanted: Wanted) -> Iterator[numpy.ndarray]:
-    """The rows that are to be played, some at a time."""
+    """Yield the rows to replay, some at a time."""
     for place in range(wanted.selection.gone, wanted.selection.count, _PART):
         rows = wanted.selection.rows(place, _PART)
         stamps = rows["record"]["time_ns"]

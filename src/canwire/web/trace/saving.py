@@ -1,4 +1,4 @@
-"""Rows of a trace as a log of any format: what is missing is a mark there, as it is a row on the screen."""
+"""Writes rows of a trace as a log of any format; rows that report missing data become marks."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 def write_rows(
     writer: LogWriter, rows: numpy.ndarray, names: Mapping[int, str], eras: Sequence[Era], *, errors: bool
 ) -> int:
-    """Rows of the lines in `names`, their channels by number; returns how many.
+    """Write the rows of the lines in `names`, which are their channels by number; returns how many.
 
-    Without `errors` frames and marks alone. Raises OSError where the disk is full.
+    Without `errors`, only frames and marks are written. Raises OSError for a full disk.
     """
     wanted = is_frame(rows) | is_mark(rows)
     if errors:
@@ -42,7 +42,7 @@ def write_rows(
 
 
 def _epochs(rows: numpy.ndarray, eras: Sequence[Era]) -> numpy.ndarray:
-    """What to add to each row's time: that of the hub that it came from."""
+    """Return the time to add to each row's time, by the hub that the row came from."""
     firsts = numpy.array([era.first for era in eras], numpy.uint64)
     places = numpy.searchsorted(firsts, rows["number"].astype(numpy.uint64), "right") - 1
     return numpy.array([era.epoch_ns for era in eras], numpy.uint64)[numpy.maximum(places, 0)]
@@ -70,7 +70,8 @@ def _batch(rows: numpy.ndarray, epochs: numpy.ndarray, names: Mapping[int, str])
 def _marks(
     rows: numpy.ndarray, epochs: numpy.ndarray, names: Mapping[int, str], form: str
 ) -> Iterable[LogEntry]:
-    """candump knows no gaps: there each is an error frame, receive overflow, as lost records are."""
+    """Yield the marks of the rows. candump has no gaps: there each is an error frame (receive overflow), as lost
+    records are."""
     every = next(iter(names.values()), "can0")
     for row, epoch in zip(rows, epochs, strict=True):
         count = int.from_bytes(row["record"]["data"][:8].tobytes(), "little")

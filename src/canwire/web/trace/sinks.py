@@ -1,4 +1,4 @@
-"""Where a replay sends: a channel of a CAN line, or a LIN line of which the page's server is the master."""
+"""The target of a replay: a channel of a CAN line, or a LIN line whose master is the page's server."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ _WAIT_S = 0.05  # for room in a queue
 
 
 class Sink(Protocol):
-    """One line. Whatever its methods raise is a CanwireError: the line, its board or the hub is gone."""
+    """One line. Its methods raise only CanwireError, if the line, its board or the hub is lost."""
 
     def send(self, frame: Frame | LinFrame) -> bool:
-        """Give it to the line; False where there is no room yet, or the frame before is not over."""
+        """Send a frame; returns False if there is no room yet, or the previous frame is not finished."""
 
     def counts(self) -> tuple[int, int]:
-        """Frames that were acknowledged or heard on the bus, and those that still wait."""
+        """Return the number of frames that were acknowledged or received from the bus, and of those that still wait."""
 
     def cancel(self) -> None:
-        """What waits is not sent."""
+        """Discard the waiting frames."""
 
     def close(self) -> None:
-        """Give the line back; a second time does nothing."""
+        """Release the line; a second call does nothing."""
 
 
 class CanSink:
-    """Raises WrongState for a line that does not run, NoSuchBoard, HubLost."""
+    """A channel of a CAN line. Raises WrongState for a line that does not run, NoSuchBoard, HubLost."""
 
     def __init__(self, hub: Hub, address: str) -> None:
         place = find_can_line(hub, address)
@@ -66,7 +66,7 @@ class CanSink:
 
 
 class LinSink:
-    """Headers, and the responses that the log has to them.
+    """A LIN line: sends headers, and the responses that the log contains.
 
     Raises WrongState for a line that is no running master, InUse, NoSuchBoard, HubLost.
     """
@@ -89,7 +89,7 @@ class LinSink:
         return self._outlets.delivered(self._row) - self._before, int(waits)
 
     def cancel(self) -> None:
-        """A LIN line has no queue."""
+        """Do nothing: a LIN line has no queue."""
 
     def close(self) -> None:
         self._outlets.drop(self._row)

@@ -1,4 +1,4 @@
-"""Where rows come from: the hub's lines, or a log that was opened. A viewer looks at one of them."""
+"""The source of rows: the hub's lines, or an opened log. A viewer views one source."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ class Source(Protocol):
 
     @property
     def trouble(self) -> str:
-        """A sentence, "" if nothing is wrong."""
+        """A sentence about a problem, "" if there is none."""
 
     def want(self, viewer: object, addresses: Collection[str]) -> None:
-        """This viewer watches these lines from now on; none: it has gone."""
+        """Note that this viewer watches these lines from now on; without lines, the viewer has left."""
 
     def indices(self, addresses: Collection[str]) -> list[int]:
-        """The numbers of these lines in rows."""
+        """Return the numbers of these lines in rows."""
 
     def lines(self, addresses: Collection[str]) -> list[Watched]:
-        """These lines as they are now."""
+        """Return the present state of these lines."""
 
     def bus_of(self, number: int) -> str:
-        """The bus of the line with this number in rows; "" where it is not known."""
+        """Return the bus of the line with this number in rows; "" if unknown."""
 
     def now_ns(self) -> int:
-        """The time that rows have which come now."""
+        """Return the present time of rows."""
 
 
 class LiveSource:
-    """What the hub's lines receive and send."""
+    """The frames that the hub's lines receive and send."""
 
     live = True
 
@@ -70,6 +70,6 @@ class LiveSource:
 
 
 def newest_ns(history: History) -> int:
-    """The last row's stamp; 0 without one."""
+    """Return the time stamp of the last row; 0 if there is none."""
     rows: numpy.ndarray = history.read(history.total - 1, history.total)
     return int(rows["record"]["time_ns"][0]) if len(rows) else 0

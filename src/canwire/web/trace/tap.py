@@ -1,4 +1,4 @@
-"""One line listened to: a channel or a monitor, whose queue is emptied from time to time."""
+"""Receives one line's frames through a channel or a monitor, whose queue is emptied from time to time."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _LIN_EVENTS = (LinEventKind.ERROR, LinEventKind.STATE, LinEventKind.WAKEUP, LinE
 
 
 class Tap:
-    """Everything that one line receives and sends, from now until `close`, or until board or hub are gone: `over` then.
+    """All frames that one line receives and sends, from now until `close`; `over` is True if the board or hub is lost.
 
-    `lost` counts records that found the queue full, as of the last request to the hub.
+    `lost` counts records lost because the queue was full, as of the last request to the hub.
     """
 
     def __init__(self, hub: Hub, place: LinePlace, number: int) -> None:
@@ -43,7 +43,7 @@ class Tap:
         self._queue: _Queue = (_CanQueue if place.info.lin is None else _LinQueue)(hub, place)
 
     def take(self) -> numpy.ndarray | None:
-        """What has come; None if nothing has."""
+        """Return the received records; None if there are none."""
         try:
             records = self._queue.take()
         except CanwireError:  # unplugged, or the hub is gone
@@ -52,17 +52,17 @@ class Tap:
         return records if len(records) else None
 
     def newly_lost(self) -> int:
-        """Ask the hub how many records were lost since it was asked last; raises Unplugged, HubLost."""
+        """Ask the hub for the number of records lost since the last call; raises Unplugged, HubLost."""
         before, self.lost = self.lost, self._queue.held.status().lost
         return self.lost - before
 
     def close(self) -> None:
-        """A second time does nothing."""
+        """Close the channel or monitor; a second call does nothing."""
         self._queue.held.close()
 
 
 class _CanQueue:
-    """Of a CAN line: a channel."""
+    """The queue of a CAN line: a channel."""
 
     def __init__(self, hub: Hub, place: LinePlace) -> None:
         self.held: HubChannel = hub.open_channel(place.board.id, place.line)
@@ -72,12 +72,12 @@ class _CanQueue:
         _begin(self.held, lambda: self.held.set_up(mode))
 
     def take(self) -> numpy.ndarray:
-        """What has come; raises CanwireError once the line or the hub is gone."""
+        """Return the received records; raises CanwireError once the line or the hub is lost."""
         return self.held.receive_array()
 
 
 class _LinQueue:
-    """Of a LIN line: a monitor."""
+    """The queue of a LIN line: a monitor."""
 
     def __init__(self, hub: Hub, place: LinePlace) -> None:
         self.held: Monitor = hub.open_monitor(place.board.id, place.line)
@@ -85,7 +85,7 @@ class _LinQueue:
         _begin(self.held, lambda: self.held.set_up(mode))
 
     def take(self) -> numpy.ndarray:
-        """The same as a channel's `take`."""
+        """Return the received records as rows; raises CanwireError once the line or the hub is lost."""
         end = self.held.reading
         if not end.ring.fill():
             self.held.check()

@@ -1,6 +1,6 @@
-"""Which lines are recorded: those that a viewer watches or watched recently, and again when the hub or board is back.
+"""Selects the lines to record: those that a viewer watches or watched recently, also after the hub or board is back.
 
-One thread sweeps over all their queues and is the history's only writer, by way of the merger.
+One thread sweeps over all their queues and is the history's only writer, through the merger.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _NOT_PLUGGED_IN = "trace.not-plugged-in"
 
 
 class Watched(NamedTuple):
-    """A line in the trace, `number` in its rows, -1 before it was listened to. `trouble`: why nothing comes from it
-    now, a word's key or a message of the hub's, "" if nothing is wrong."""
+    """A line in the trace; `number` is its number in rows, -1 if it was never recorded. `trouble` is the reason
+    why nothing is received from it now: the key of a text or a message of the hub, "" if there is no problem."""
 
     number: int
     address: str
@@ -42,7 +42,7 @@ class Watched(NamedTuple):
 
 
 class Taps:
-    """Viewers say what they watch by `want`. `epoch_ns(hub)` is what to add to its time for the wall clock's."""
+    """The recorded lines. Viewers select them by `want`. Hub time plus `epoch_ns(hub)` is wall-clock time."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Taps:
         self._thread.start()
 
     def want(self, viewer: object, addresses: Collection[str]) -> None:
-        """This viewer watches these lines from now on; none: it has gone."""
+        """Note that this viewer watches these lines from now on; without lines, the viewer has left."""
         with self._changed:
             before = self._wanted.pop(viewer, frozenset())
             if addresses:
@@ -87,7 +87,7 @@ class Taps:
             self._changed.notify_all()
 
     def indices(self, addresses: Collection[str]) -> list[int]:
-        """What the rows of these lines are marked with; only lines that were listened to have one."""
+        """Return the numbers of these lines in rows; lines that were never recorded have none."""
         with self._changed:
             return [self._indices[address] for address in addresses if address in self._indices]
 
@@ -106,18 +106,18 @@ class Taps:
             ]
 
     def listening(self, addresses: Collection[str]) -> bool:
-        """Whether every one of these lines is heard now."""
+        """Whether all of these lines are recorded now."""
         with self._changed:
             return all(one in self._taps and not self._taps[one].over for one in addresses)
 
     def settle(self) -> None:
-        """Wait until what the lines' queues hold now has its numbers."""
+        """Wait until all records that are in the queues now have row numbers."""
         with self._changed:
             enough = self._sweeps + 4
             self._changed.wait_for(lambda: self._ends or not self._taps or self._sweeps >= enough)
 
     def close(self) -> None:
-        """Listen to nothing any more; a second time does nothing."""
+        """Stop recording all lines; a second call does nothing."""
         with self._changed:
             self._ends = True
             self._changed.notify_all()
@@ -152,7 +152,7 @@ class Taps:
             tap.close()
 
     def _sweep(self, asked: int) -> int:
-        """Empty all queues, and ask the hub what one line has lost: `asked` of them were since the last look."""
+        """Empty all queues, and ask the hub for one line's losses; `asked` lines were asked since the last check."""
         taps = list(self._taps.values())
         for tap in taps:
             records = tap.take()
@@ -171,7 +171,7 @@ class Taps:
             self._merger.mark(LOST, tap.number, count)
 
     def _adopt(self) -> None:
-        """A hub that was connected: its time is another one, and how long there was none is a row."""
+        """Adopt a newly connected hub: its time is a new era, and the interruption becomes a row."""
         with self._changed:
             self._dirty = False
             hub, self._new_hub = self._new_hub, None

@@ -1,4 +1,4 @@
-"""What happens on the lines: chronological or one row for each identifier, opened to the bits on the wire."""
+"""The view of the trace: in chronological order or one row for each identifier, with details down to the bits."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _ADDRESS = re.compile(r"[\w-]{1,60}:\d{1,3}")
 
 
 class Tracing:
-    """What the view keeps: the history, the taps that fill it, the databases."""
+    """The state of the view: the history, the taps that fill it, the databases."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -69,14 +69,14 @@ class Tracing:
         ]
 
     def source(self, name: str) -> Source:
-        """Raises BadValue for one that is not there."""
+        """Return a source; raises BadValue if it does not exist."""
         return self.opened.find(name) if name else self.live
 
     def _page(self, request: Request) -> Response:
         return self._desk.page(request, VIEW, formats=writable_formats())
 
     def _lines(self, request: Request) -> Response:
-        """Every line, its kind of bus, its state; logs that are open; names of messages; how far the recording is."""
+        """Return all lines with kind and state, open logs, names of messages, and the progress of the recording."""
         name = request.query_params.get("source", "")
         if name in self.opened.logs:
             log = self.opened.find(name)
@@ -93,7 +93,7 @@ class Tracing:
         return JSONResponse(told)
 
     def _names(self, request: Request) -> Response:
-        """Names of frames by bus and identifier, and of the files that have them."""
+        """Return names of frames by bus and identifier, and the files that define them."""
         buses = request.query_params.get("buses", "").split(",")
         found = {bus: self.databases.of(bus).names for bus in buses[:MOST_BUSES]}
         return JSONResponse({"names": found, "files": [one.name for one in self.databases.loaded]})
@@ -110,7 +110,7 @@ class Tracing:
         return self._desk.part(request, "trace/details.jinja", details=details)
 
     def _plot(self, request: Request) -> Response:
-        """A signal's times (seconds) and values in the rows from number `from` on, and where to continue."""
+        """Return a signal's times (seconds) and values in the rows from number `from` on, and where to continue."""
         query = request.query_params
         try:
             source = self.source(query.get("source", ""))
@@ -125,7 +125,7 @@ class Tracing:
         return JSONResponse({"t": times, "v": values, "next": end})
 
     def _following(self, source: str, number: str) -> str:
-        """In hex, the first frame on the same line after the row of this number; "" where there is none near."""
+        """Return in hex the next frame on the same line after the row with this number; "" if there is none nearby."""
         history = self.source(source).history
         first = int(number) if number.isdecimal() else history.total
         rows = history.read(first, first + 4 * CHUNK)
@@ -136,7 +136,7 @@ class Tracing:
         return str(rows[later[0]]["record"].tobytes().hex()) if len(later) else ""
 
     def _recording(self, request: Request) -> Response:
-        """A recording that runs or ran, the last one unless its number is given, as a file."""
+        """Return a recording as a file: the one with the given number, else the last one."""
         number = request.query_params.get("number", "0")
         try:
             path = self.recording.path(int(number) if number.isdecimal() else -1)
@@ -176,12 +176,12 @@ def _line(line: Line) -> dict[str, object]:
 
 
 def _channel(name: str, kind: str) -> dict[str, object]:
-    """Of a log."""
+    """Return the description of a log's channel."""
     return {"address": name, "bus": name, "kind": kind, "running": True, "state": ""}
 
 
 def _addresses(text: str) -> list[str]:
-    """Addresses with commas between them; none if one of them is none."""
+    """Return addresses that are separated by commas; none if one of them is invalid."""
     chosen = [one for one in text.split(",") if one]
     return chosen if all(map(_ADDRESS.fullmatch, chosen)) else []
 

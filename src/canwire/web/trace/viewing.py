@@ -1,4 +1,4 @@
-"""One look at a source: its rows that pass, and the answers to what a viewer asks of them."""
+"""One view of a source: the rows that pass its filter, and the answers to a viewer's requests."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class Viewing:
-    """What `look` says, if possible: `fault` is the part of its filter that means nothing,
-    `bad_rules` are the places of rules that do.
+    """The view that `look` describes; `fault` is the invalid part of its filter, `bad_rules` are the places of invalid
+    rules.
 
-    `before` is what the same viewer looked at, None at first; what stays the same is taken over from it.
+    `before` is the previous view of the same viewer, None at first; unchanged parts are taken over from it.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Viewing:
 
     @property
     def state(self) -> object:
-        """Equal while there is nothing new to be said."""
+        """A value that is equal while there is nothing new to report."""
         return self.selection.count, self.selection.cursor, self.source.history.total
 
     def extend(self) -> None:
@@ -91,7 +91,7 @@ class Viewing:
         self.selection.extend()
 
     def answer(self, ask: Ask) -> bytes:
-        """The head and the rows."""
+        """Return the head and the rows."""
         shown = Shown(self.look, self.source, self.selection, self.fault, self.bad_rules)
         if ask.by_frame:
             page = self._table.page(self._indices, self._test, self._before, max(ask.at, 0), ask.rows)
@@ -105,7 +105,7 @@ class Viewing:
         return self._answers.by_time(shown, at, ask.rows, None)
 
     def _find(self, ask: Ask) -> int | None:
-        """The place that was asked for, -1 for none; None if none was asked for."""
+        """Return the place that was searched for, -1 if not found; None if there was no search."""
         if ask.near is not None:
             return self.selection.place_of(ask.near)
         if ask.time_ns is not None:
@@ -116,7 +116,7 @@ class Viewing:
         return -1 if found is None else found
 
     def listen(self, grown: Callable[[], None]) -> None:
-        """Call this whenever there are new rows."""
+        """Call `grown` whenever there are new rows."""
         self._grown = grown
         self.source.history.listen(grown)
 
@@ -126,7 +126,7 @@ class Viewing:
             self._grown = None
 
     def leave(self) -> None:
-        """The viewer has gone."""
+        """End the view of a viewer that has left."""
         self.unlisten()
         self.source.want(self._viewer, ())
 
@@ -157,7 +157,7 @@ class Viewing:
 
 
 def language_of(look: Look, source: Source, databases: Databases) -> Language:
-    """Filters there know these lines."""
+    """Return the filter language that knows the source's lines."""
     known: dict[str, list[int]] = {}
     groups: dict[str, list[int]] = {}
     for line in source.lines(look.lines):
@@ -172,7 +172,7 @@ def language_of(look: Look, source: Source, databases: Databases) -> Language:
 
 
 def selected(look: Look, source: Source, databases: Databases) -> Selection:
-    """All rows of a look as they are now; raises BadFilter."""
+    """Return all rows of a view as of now; raises BadFilter."""
     test = language_of(look, source, databases).compile(look.filter)
     if look.direction:
         test = directed(test, sent=look.direction == "T")

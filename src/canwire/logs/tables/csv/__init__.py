@@ -1,4 +1,4 @@
-"""CSV, a row for an entry (columns.py); read are python-can's and GVRET's (SavvyCAN's) as well."""
+"""CSV with a row for each entry (columns.py). The CSV files of python-can and GVRET (SavvyCAN) are also read."""
 
 from canwire.logs.tables.csv.reading import read, recognises
 from canwire.logs.tables.csv.writing import Writer

@@ -1,8 +1,8 @@
 """CSV of any program, by the names of its columns: `Time;Bus;ID (hex);Extended;DLC;Data`.
 
-An identifier and data are needed, in one column or in one for each byte; everything else has a meaning where it is
-there. Identifiers and bytes are hex unless the header says dec. Without a column for the format an identifier above
-7FF, or one of eight digits that begins otherwise than with 00000, has 29 bits. Without times all frames are at 0.
+An identifier and data are required, in one column or in one for each byte; other known columns are optional.
+Identifiers and bytes are hex unless the header says dec. Without a column for the format, an identifier has 29 bits if
+it is above 7FF, or has eight digits that do not begin with 00000. Without times all frames are at 0.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _TX = {"tx", "t", "transmit", "transmitted", "sent", "out", "1"}
 
 
 def dialect_of(header: str) -> tuple[str, NamedColumns] | None:
-    """The character between cells, and the columns that such a header names; None for one that is no log's."""
+    """Return the separator of cells and the columns that the header names; None for a header of no log."""
     line = header.lstrip("\ufeff").rstrip("\r\n").replace("\0", " ")
     for delimiter in ",;\t":
         try:
@@ -54,7 +54,7 @@ def dialect_of(header: str) -> tuple[str, NamedColumns] | None:
 
 
 class NamedColumns:
-    """Which cell means what."""
+    """The meaning of each cell in a row."""
 
     def __init__(self, header: list[str]) -> None:
         self._at: dict[str, int] = {}
@@ -78,7 +78,7 @@ class NamedColumns:
         return "id" in self._at and ("data" in self._at or bool(self._bytes))
 
     def entry(self, row: list[str]) -> LogEntry:
-        """The row's frame; raises BadText, BadFrame, ValueError, IndexError."""
+        """Return the row's frame; raises BadText, BadFrame, ValueError, IndexError."""
         time_ns = self._time(self._cell(row, "time"))
         text = self._cell(row, "id").lower()
         id = self._number("id", text.removesuffix("x").removesuffix("h") or text)
@@ -101,7 +101,7 @@ class NamedColumns:
         return LogEntry(time_ns, self._channel(row), frame, self._direction(row))
 
     def _column(self, at: int, plain: str, inside: str) -> None:
-        """The first column of a name counts."""
+        """Note the meaning of a column; if several columns have one meaning, the first is used."""
         unit = next(
             (one for one in ("ms", "us", "ns", "sec", "s") if plain in (f"time{one}", f"timestamp{one}")), ""
         )

@@ -1,4 +1,5 @@
-"""Our CSV's usual row by numpy: `1.000250000,can0,R,CAN_FRAME,123,0,0,0,0,0,8,1122334455667788,`."""
+"""Reads the most common row of canwire's CSV with numpy:
+`1.000250000,can0,R,CAN_FRAME,123,0,0,0,0,0,8,1122334455667788,`."""
 
 from __future__ import annotations
 
@@ -19,12 +20,12 @@ _LAST_S = 9_000_000_000
 
 
 def candidates(fields: Fields) -> Any:
-    """The lines that may be plain, by the number of cells."""
+    """Select the lines that may be plain, by the number of cells."""
     return fields.count == _COLUMNS
 
 
 def records(fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
-    """CAN frames; which of the rows are some that can be; their channels' names as bytes."""
+    """Return records of CAN frames, a mask of the valid rows, and the names of their channels as bytes."""
     numpy = load_numpy()
     found = numpy.zeros(len(those), log_dtype())
     time_ns, good = fields.at(_TIME, those).nanoseconds(9)
@@ -50,7 +51,7 @@ def records(fields: Fields, those: Any) -> tuple[numpy.ndarray, Any, Any]:
 
 
 def _flags(fields: Fields, those: Any) -> tuple[Any, Any]:
-    """extended, remote, fd, brs, esi as bits of info; whether each is 0 or 1, and they go together."""
+    """Return extended, remote, fd, brs, esi as bits of info, and a mask of the rows with a valid combination."""
     numpy = load_numpy()
     info, good = numpy.zeros(len(those), "u4"), numpy.ones(len(those), bool)
     is_set = {}

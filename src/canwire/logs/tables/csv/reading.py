@@ -1,4 +1,4 @@
-"""CSV in, block by block: rows of ours by numpy (plain.py), all others by the csv module.
+"""Reads CSV block by block: canwire's rows with numpy (plain.py), all others with the csv module.
 
 A quoted cell may continue in the next line, possibly in the next block: from such a row on the csv module reads.
 """
@@ -38,7 +38,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(source: Source) -> Iterator[LogBatch]:
-    """Some ten thousand rows at a time; a row that means nothing is a fault."""
+    """Yield batches of some ten thousand rows; an invalid row is a fault."""
     header = source.file.readline(source.limits.line_bytes)
     told = header.decode("utf-8-sig", "replace")
     texts = blocks(source)
@@ -64,12 +64,12 @@ def read(source: Source) -> Iterator[LogBatch]:
 
 
 class _Reader:
-    """Rows of ours, each a line."""
+    """Parses canwire's rows, each of which is a line."""
 
     separator: int | None = ord(",")
 
     def entry(self, line: str) -> LogEntry | None:
-        """The row's entry; raises BadText, BadFrame, ValueError, IndexError."""
+        """Return the row's entry; raises BadText, BadFrame, ValueError, IndexError."""
         try:
             row = next(csv.reader([_without_nul(line)]), [])
         except csv.Error as error:
@@ -86,12 +86,13 @@ class _Reader:
         return plain.records(fields, those)
 
     def name(self, key: Any) -> str:
-        """A channel of its name's bytes."""
+        """Return a channel's name from its bytes."""
         return bytes(key).decode("ascii")
 
 
 def _is_line_by_line(text: bytes, longest: int) -> bool:
-    """Whether each line is a row: none is cut, none ends by a lone carriage return, no cell continues in the next."""
+    """Whether each line is one row: no line is cut or ends with a lone carriage return, no cell continues in the next
+    line."""
     if text.count(b"\r") != text.count(b"\r\n"):
         return False
     numpy = load_numpy()
@@ -108,7 +109,7 @@ def _is_line_by_line(text: bytes, longest: int) -> bool:
 
 
 def _is_row(line: str) -> bool:
-    """Whether the line is a row by itself: another line behind it is another row."""
+    """Whether the line is a complete row, so that a line after it is another row."""
     try:
         return sum(1 for _ in csv.reader([_without_nul(line) + "\n", "behind"])) == 2
     except csv.Error:
@@ -118,7 +119,7 @@ def _is_row(line: str) -> bool:
 def _read_rows(
     source: Source, texts: Iterable[bytes], parse: Parse, number: int, delimiter: str = ","
 ) -> Iterator[LogBatch]:
-    """The csv module's rows, the first of which has this number; number 0: they begin with the header."""
+    """Yield batches from the csv module; the first row has this number. Number 0: the rows begin with the header."""
     pieces = io.BufferedReader(_Pieces(iter(texts)))
     text = io.TextIOWrapper(pieces, "utf-8-sig", errors="replace", newline="")
     lines = iter(partial(text.readline, source.limits.line_bytes), "")
@@ -150,7 +151,7 @@ def _without_nul(line: str) -> str:
 
 
 class _Pieces(io.RawIOBase):
-    """Pieces of bytes as a file."""
+    """A file that consists of pieces of bytes."""
 
     def __init__(self, texts: Iterator[bytes]) -> None:
         self._texts = texts

@@ -1,4 +1,4 @@
-"""A row of a CSV file as an entry: of ours, of python-can's, of GVRET's."""
+"""Converts a row of a CSV file of canwire, python-can or GVRET to an entry."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Parse = Callable[[list[str]], LogEntry]
 
 
 def parser_of(header: str) -> Parse:
-    """Whose rows stand below that header; ours below any other one."""
+    """Return the function that parses rows below this header; canwire's format is the default."""
     if header.startswith(PYTHON_CAN):
         return _of_python_can
     return _of_gvret if header.startswith(GVRET) else row_of_ours
@@ -50,7 +50,7 @@ def row_of_ours(row: list[str]) -> LogEntry:
 
 
 def _of_python_can(row: list[str]) -> LogEntry:
-    """timestamp, identifier in hex, flags, data in base 64; it has no channel and no FD."""
+    """Parse a row: time stamp, identifier in hex, flags, data in base 64; it contains no channel and no CAN FD."""
     time_s, id, extended, remote, error, dlc, data = row
     time_ns = ns_of_float(time_s)
     content = base64.b64decode(data)
@@ -73,7 +73,7 @@ _FAR = 1e16  # seconds or microseconds: no stamp that a record holds
 
 
 def ns_of_float(seconds: str | float) -> int:
-    """A stamp of python-can's: a float, which since 1970 holds no more than microseconds."""
+    """Convert python-can's time stamp, a float, which for dates since 1970 is exact only to microseconds."""
     value = _finite(seconds)
     return round(value * 1e9) if value < 1e6 else round(value * 1e6) * 1000
 
@@ -86,7 +86,8 @@ def _finite(stamp: str | float) -> float:
 
 
 def error_of_python_can(id: int, data: bytes, time_ns: int) -> BusEvent:
-    """An error frame's event; one without SocketCAN's classes, as most interfaces have them, is some error."""
+    """Return the event of an error frame; without SocketCAN's error classes, as from most interfaces, its kind is
+    OTHER."""
     try:
         return decode_error_frame(id | 0x2000_0000, data[:8], time_ns)
     except BadText:
@@ -94,7 +95,8 @@ def error_of_python_can(id: int, data: bytes, time_ns: int) -> BusEvent:
 
 
 def _of_gvret(row: list[str]) -> LogEntry:
-    """SavvyCAN's: stamp in microseconds, identifier in hex, true/false, [direction,] bus, length, bytes in hex."""
+    """Parse SavvyCAN's row: stamp in microseconds, identifier in hex, true/false, [direction,] bus, length, bytes in
+    hex."""
     directed = row[3].strip() in ("Rx", "Tx")
     direction = {"Rx": "R", "Tx": "T"}.get(row[3].strip())
     bus, length = (int(value) for value in row[3 + directed : 5 + directed])

@@ -1,4 +1,4 @@
-"""CSV out: a header line, and a row for each entry."""
+"""Writes CSV: a header line, and a row for each entry."""
 
 from __future__ import annotations
 

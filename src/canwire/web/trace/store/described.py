@@ -1,4 +1,4 @@
-"""What network descriptions say of rows: which are frames of a name, and which have a signal with such a value."""
+"""Selects rows by network descriptions: frames by message name, and frames by the value of a signal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COMPARE: dict[str, Callable[[NDArray[numpy.float64], float], Mask]] = {
 
 
 class DescribedLines(NamedTuple):
-    """Lines by their numbers in rows, and what describes their frames."""
+    """Lines by their numbers in rows, and the descriptions of their frames."""
 
     database: Database
     lines: Sequence[int]
@@ -37,7 +37,7 @@ class Described:
         self._groups = groups
 
     def named(self, like: str) -> Test | None:
-        """Frames with this text in their name, in lower case; None where nothing has such a name."""
+        """Select frames whose message name contains this lower-case text; None if no name does."""
         tests = []
         for database, lines in self._groups:
             keys = [key for key, name in database.names.items() if like in name.lower()]
@@ -46,7 +46,7 @@ class Described:
         return _any(tests) if tests else None
 
     def compared(self, name: str, compare: str, text: str) -> Test:
-        """Frames whose signal compares so ("<") with a value as typed; raises ValueError for what no file knows."""
+        """Select frames whose signal compares so ("<") with a typed value; raises ValueError for an unknown signal."""
         tests = []
         for database, lines in self._groups:
             try:
@@ -60,7 +60,7 @@ class Described:
 
 
 def signal_values(rows: numpy.ndarray, database: Database, name: str) -> tuple[numpy.ndarray, numpy.ndarray]:
-    """Places of these frames that have the signal, and its physical values."""
+    """Return the places of the frames with the signal, and its physical values."""
     places, values = [numpy.zeros(0, numpy.intp)], [numpy.zeros(0)]
     can = numpy.flatnonzero(kind_of(rows) == 0)
     keys = rows["record"]["id"][can] | (rows["record"]["info"][can] & EXTENDED) << 8
@@ -78,7 +78,7 @@ def signal_values(rows: numpy.ndarray, database: Database, name: str) -> tuple[n
 
 
 def lin_value(record: bytes, database: Database, name: str) -> float | None:
-    """A LIN frame's signal; None where it has none of that name."""
+    """Return a signal's value in a LIN frame; None if the frame does not contain it."""
     try:
         frame = lin_message(record)
     except (ValueError, BadFrame):
@@ -87,7 +87,7 @@ def lin_value(record: bytes, database: Database, name: str) -> float | None:
 
 
 def _of_keys(keys: Sequence[str], lines: Sequence[int]) -> Test:
-    """Frames by "1A2", "000001A2" and, of LIN, "2A", on these lines."""
+    """Select frames on these lines by "1A2", "000001A2" (29 bits) and "2A" (LIN)."""
     can = [int(key, 16) | (1 << 31 if len(key) == 8 else 0) for key in keys if len(key) > 2]
     lin = [int(key, 16) for key in keys if len(key) == 2]
     wanted, of_lin = numpy.array(can, numpy.uint32), numpy.array(lin, numpy.uint32)

@@ -1,8 +1,8 @@
-"""Which rows a viewer wants to see: filters, colour rules and searches, in one language, over many rows at a time.
+"""Selects rows by filters, colour rules and searches, which use one language, for many rows at a time.
 
     100-1FF, !123, EngineData & Speed > 50, error, tx & can1, data: DE ?? BE
 
-Parts with commas between them are alternatives, `!` before a part leaves out what it fits; `&` joins conditions.
+Parts separated by commas are alternatives, `!` before a part excludes matching rows, and `&` combines conditions.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SIGNAL = re.compile(r"([A-Za-z_]\w*)\s*(==|!=|<=|>=|=|<|>)\s*(-?[\w.]+)")
 
 
 class BadFilter(ValueError):
-    """A part that means nothing."""
+    """Raised for an invalid part of a filter."""
 
 
 def _can_frame_with(bit: int, wanted: bool) -> Test:
@@ -66,7 +66,7 @@ class Language:
         self._lines = lines
 
     def compile(self, text: str) -> Test | None:
-        """A test of rows, None for an empty text; raises BadFilter with the part that means nothing."""
+        """Return a test of rows, None for an empty text; raises BadFilter with the invalid part."""
         wanted: list[Test] = []
         refused: list[Test] = []
         for part in filter(None, (one.strip() for one in re.split(r"[,;]", text))):
@@ -88,7 +88,7 @@ class Language:
         return test
 
     def search(self, text: str) -> Test:
-        """Rows with this text in their identifier, name or data, or that pass it as a filter of words."""
+        """Select rows with this text in their identifier, name or data, or rows that match it as a filter word."""
         like = text.replace(" ", "").lower()
         if text.strip().lower() in _WORDS:
             return _WORDS[text.strip().lower()]
@@ -165,7 +165,7 @@ class Language:
 
 
 def directed(test: Test | None, *, sent: bool) -> Test:
-    """What passes the test and was sent, or was received; rows that are no frames have no direction."""
+    """Select rows that pass the test and were sent (or received); rows that are no frames need only pass the test."""
     direction: Test = lambda rows: ~is_frame(rows) | (is_sent(rows) == sent)  # noqa: E731
     return direction if test is None else _all([test, direction])
 
@@ -195,7 +195,7 @@ def _data(text: str) -> Test:
 
 
 def data_pattern(like: str) -> Test:
-    """Frames whose data have these bytes, "??" any, somewhere."""
+    """Select frames whose data contain these bytes at any place; "??" matches any byte."""
     octets = [
         None if "?" in like[at : at + 2] else int(like[at : at + 2], 16) for at in range(0, len(like), 2)
     ]

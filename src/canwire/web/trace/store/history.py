@@ -1,7 +1,7 @@
-"""Every row of a trace, numbered and in the order of time: the newest in memory, older ones in a file of the server's.
+"""Every row of a trace, numbered and in the order of time: the newest in memory, older ones in a file of the server.
 
-Numbers never change, so that every viewer, a log that is saved and one that is recorded have the same rows. The oldest
-go, in whole chunks, once there are more than `most`.
+Numbers never change, so that every viewer, saved log and recording has the same rows. The oldest rows are removed, in
+whole chunks, once there are more than `most`.
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ _DISK = "/var/tmp"  # for a file without a name; /tmp is memory on many machines
 
 
 class Era(NamedTuple):
-    """One hub's life: its time counts from `epoch_ns` after 1970 (0: unknown) in rows from number `first` on."""
+    """The time of one hub connection: in rows from number `first` on, times count from `epoch_ns` after 1970 (0:
+    unknown)."""
 
     first: int
     epoch_ns: int
 
 
 class History:
-    """One thread writes, any may read. `total` counts every row there ever was; rows from number `first` on are kept.
+    """One thread writes, any thread may read. `total` counts all rows so far; rows from number `first` on are kept.
 
-    `late` counts rows that came after later ones; `trouble` says why rows are kept in memory alone, "" if they are not.
+    `late` counts rows that arrived after later ones; `trouble` is the reason why rows are kept only in memory, or "".
     """
 
     def __init__(self, memory: int = 8 * CHUNK, most: int = MOST) -> None:
@@ -52,7 +53,7 @@ class History:
         self.identifiers = Identifiers()
 
     def listen(self, grown: Callable[[], None]) -> None:
-        """Call this, in the writer's thread, after every write."""
+        """Call `grown`, in the writer's thread, after every write."""
         with self._lock:
             self._listeners.append(grown)
 
@@ -68,7 +69,7 @@ class History:
         self.identifiers.restart()
 
     def append(self, rows: numpy.ndarray) -> None:
-        """Rows in the order of time; they get their numbers here."""
+        """Append rows in the order of time, and number them."""
         for at in range(0, len(rows), CHUNK):
             self._append(rows[at : at + CHUNK])
         self.identifiers.add(rows)
@@ -78,7 +79,7 @@ class History:
             grown()
 
     def read(self, begin: int, end: int) -> numpy.ndarray:
-        """Rows with numbers from `begin` up to `end`, as many as there are of them."""
+        """Return the rows with numbers from `begin` up to `end`; removed or future rows are left out."""
         with self._lock:
             begin, end = max(begin, self.first), min(end, self.total)
             kept = max(0, self.total - self._memory)
@@ -93,7 +94,7 @@ class History:
         return numpy.concatenate((older, newer))
 
     def pick(self, numbers: NDArray[numpy.int64]) -> numpy.ndarray:
-        """The rows with these numbers, which rise; those that are gone are left out."""
+        """Return the rows with these ascending numbers; removed rows are left out."""
         found = []
         for part in numpy.split(numbers, numpy.flatnonzero(numpy.diff(numbers // CHUNK)) + 1):
             if len(part):
@@ -105,7 +106,7 @@ class History:
         return _joined(found)
 
     def blocks(self, begin: int, end: int) -> Iterator[numpy.ndarray]:
-        """The rows between two numbers, some ten thousands at a time."""
+        """Yield the rows between two numbers, some ten thousand at a time."""
         begin = max(begin, self.first)
         while begin < end:
             stop = min((begin // CHUNK + 4) * CHUNK, end)
@@ -113,7 +114,7 @@ class History:
             begin = stop
 
     def close(self) -> None:
-        """Give the file back; a second time does nothing."""
+        """Close and remove the file; a second call does nothing."""
         with self._lock:
             file, self._file = self._file, None
             if file is not None:
@@ -152,7 +153,7 @@ class History:
             self.trouble = Trouble.of(error)
 
     def _kept(self, begin: int, end: int) -> numpy.ndarray:
-        """A copy of rows that are in memory."""
+        """Return a copy of rows in memory."""
         if end <= begin:
             return numpy.zeros(0, row_dtype())
         at = begin % self._memory
@@ -179,7 +180,7 @@ class History:
 
 
 def _joined(parts: list[numpy.ndarray]) -> numpy.ndarray:
-    """One is not copied."""
+    """Concatenate the parts; a single part is not copied."""
     if len(parts) == 1:
         return parts[0]
     return numpy.concatenate(parts) if parts else numpy.zeros(0, row_dtype())

@@ -1,4 +1,4 @@
-"""One row for each frame: how often it came, how far apart, and which of its bytes changed when."""
+"""One row for each frame identifier: the number of frames, their distances, and when each byte changed last."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _EXTRA = numpy.dtype(
 
 
 class Page(NamedTuple):
-    """Some rows of the table from place `at` on, of `length` that there are to see."""
+    """Rows of the table from place `at` on; `length` is the number of rows that match."""
 
     length: int
     at: int
@@ -36,10 +36,11 @@ class Page(NamedTuple):
 
 
 class Identifiers:
-    """A table of a history's frames, kept by its writer; any thread may ask. Times are in nanoseconds of the hub.
+    """A table of a history's frames, updated by its writer; any thread may read it. Times are in nanoseconds of the
+    hub.
 
-    Of each it has the latest row, their count, the last distance of two, the least, most and mean one (0 before there
-    are two), and when each byte changed last. `left_out` counts rows that found it full.
+    For each frame it contains the latest row, the count, the last, smallest, largest and mean distance of two frames (0
+    before the second frame), and when each byte changed last. `left_out` counts rows for which the table was full.
     """
 
     def __init__(self) -> None:
@@ -51,7 +52,7 @@ class Identifiers:
         self.left_out = 0
 
     def counts(self) -> NDArray[numpy.float64]:
-        """How often each came, in the order in which they came first."""
+        """Return the number of frames of each row of the table, in the order of first occurrence."""
         with self._lock:
             found: NDArray[numpy.float64] = self._extra["count"][: len(self._places)].copy()
         return found
@@ -59,7 +60,8 @@ class Identifiers:
     def page(
         self, lines: Collection[int], test: Test | None, before: NDArray[numpy.float64], at: int, count: int
     ) -> Page:
-        """Frames of these lines that pass and came since their counts were `before`, by line and identifier."""
+        """Return the frames of these lines that pass and arrived since their counts were `before`, by line and
+        identifier."""
         with self._lock:
             rows, extra = self._rows[: len(self._places)], self._extra[: len(self._places)]
             base = numpy.zeros(len(rows))
@@ -93,7 +95,7 @@ class Identifiers:
         return made
 
     def add(self, rows: numpy.ndarray) -> None:
-        """Rows of the history, in its order."""
+        """Add rows of the history, in its order."""
         wanted = ~is_mark(rows) & (rows["line"] != EVERY_LINE)
         rows = rows if wanted.all() else rows[wanted]
         if len(rows):
@@ -115,7 +117,7 @@ class Identifiers:
             self._add(rows, order, every[order])
 
     def _add(self, rows: numpy.ndarray, order: NDArray[numpy.intp], places: NDArray[numpy.intp]) -> None:
-        """Rows in this order, one frame after the other; `places` are theirs in the table."""
+        """Add rows in this order, sorted by frame; `places` are their places in the table."""
         begins = numpy.flatnonzero(numpy.r_[True, places[1:] != places[:-1]])
         ends = numpy.r_[begins[1:], len(order)] - 1
         which = places[begins]
@@ -163,7 +165,7 @@ def _measure(
     begins: NDArray[numpy.intp],
     ends: NDArray[numpy.intp],
 ) -> None:
-    """Known distances of rows, into the last, least, most and mean one."""
+    """Update the last, smallest, largest and mean distance by the known distances of these rows."""
     least = numpy.minimum.reduceat(numpy.where(known, apart, numpy.inf), begins)
     least = numpy.minimum(least, numpy.where(extra["least"] > 0, extra["least"], numpy.inf))
     extra["least"] = numpy.where(numpy.isfinite(least), least, 0)
@@ -177,7 +179,7 @@ def _measure(
 
 
 def _keys(rows: numpy.ndarray) -> NDArray[numpy.uint64]:
-    """What rows of the same frame have in common: line, identifier, kind, and what else makes it another one."""
+    """Return a key for each row that is equal for rows of one frame: line, identifier, kind, and format."""
     info, kind = rows["record"]["info"], kind_of(rows)
     of_can = (info >> _FD_AT & 1) << 8 | (info >> _FORMATS_AT & 7) << 9
     of_lin = (info >> _HEADER_AT & 1) << 12

@@ -1,4 +1,4 @@
-"""What a row is: its kind, its identifier, its length, its direction; of many rows at a time."""
+"""The kind, identifier, length and direction of rows, for many rows at a time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def is_lin(rows: numpy.ndarray) -> Mask:
 
 
 def is_frame(rows: numpy.ndarray) -> Mask:
-    """Data and remote frames, of CAN or LIN."""
+    """Select data and remote frames, of CAN or LIN."""
     return (kind_of(rows) & ~numpy.uint32(LIN)) == 0
 
 
@@ -38,7 +38,7 @@ def is_error(rows: numpy.ndarray) -> Mask:
 
 
 def is_mark(rows: numpy.ndarray) -> Mask:
-    """Rows that say what is missing; every filter lets them pass."""
+    """Select rows that report missing data; every filter lets them pass."""
     return kind_of(rows) >= 0xF0
 
 
@@ -55,7 +55,7 @@ def identifiers(rows: numpy.ndarray) -> NDArray[numpy.uint32]:
 
 
 def lengths(rows: numpy.ndarray) -> NDArray[numpy.int64]:
-    """Bytes of data."""
+    """Return the number of data bytes."""
     info = rows["record"]["info"]
     code = info >> 16 & 15
     length = numpy.where(info & FD != 0, _LENGTHS[code], numpy.minimum(code, 8))

@@ -1,7 +1,7 @@
-"""Rows of LIN lines beside CAN's: one byte distinguishes them, and the rest of a record is unchanged.
+"""Rows of LIN lines together with CAN rows: one byte distinguishes them, and the rest of a record is unchanged.
 
-Byte 12 of a LIN record is the protected identifier, byte 13 its type (0: a frame). A row has them the other way round,
-the type with LIN added, which no kind of a CAN record has.
+Byte 12 of a LIN record is the protected identifier, byte 13 its type (0: a frame). In a row these bytes are exchanged,
+and LIN is added to the type, which no kind of a CAN record contains.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PID_AT, _TYPE_AT = 12, 13
 
 
 def rows_of_lin(records: numpy.ndarray) -> numpy.ndarray:
-    """Records of a monitor as a row has them."""
+    """Convert records of a monitor to rows."""
     octets: NDArray[numpy.uint8] = records.view(numpy.uint8).reshape(len(records), records.itemsize).copy()
     octets[:, [_PID_AT, _TYPE_AT]] = octets[:, [_TYPE_AT, _PID_AT]]
     octets[:, _PID_AT] |= LIN
@@ -34,7 +34,7 @@ def is_lin(kind: int) -> bool:
 
 
 def lin_message(record: bytes) -> LinFrame | LinEvent:
-    """What such a row's record says; raises ValueError, BadFrame for what is none."""
+    """Convert a LIN row's record to a frame or event; raises ValueError, BadFrame for an invalid record."""
     kind, pid = record[_PID_AT] & _TYPE, record[_TYPE_AT]
     plain = record[:_PID_AT] + bytes((pid, kind)) + record[_TYPE_AT + 1 :]
     return LinEvent.from_record(plain) if kind else lin_frame_of_record(plain)

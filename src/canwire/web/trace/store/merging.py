@@ -1,8 +1,8 @@
-"""Rows of all lines in the order of their stamps: what one sweep over the queues found is numbered by a later one.
+"""Merges rows of all lines in the order of their time stamps; each row is numbered one sweep over the queues later.
 
 The hub puts records into its queues in the order of time, but a sweep reads one queue after the other. A row is
-therefore held until a sweep that began after a row with a later stamp had been seen; whatever is older was read then.
-A row that comes later all the same is put at the end and flagged.
+therefore held until a sweep that began after a row with a later stamp had been seen; that sweep reads all older rows.
+A row that arrives even later is put at the end and flagged.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ class Merger:
         self._numbered_ns = 0
 
     def take(self, records: numpy.ndarray, line: int) -> None:
-        """Records of one line, as its queue had them."""
+        """Add records of one line, in the order of its queue."""
         self._newest_ns = max(self._newest_ns, int(records["time_ns"].max()))
         self._held.append(rows_of(records, line))
 
     def mark(self, kind: int, line: int, count: int) -> None:
-        """Say what is missing, after all that was taken so far."""
+        """Add a mark of missing data, after all records added so far."""
         self._held.append(mark_row(kind, line, count, self._newest_ns))
 
     def release(self) -> None:

@@ -19,7 +19,7 @@ _NO_ID = 0xFFFFFFFF
 
 @cache
 def row_dtype() -> numpy.dtype[numpy.void]:
-    """record, line, flags, colour, number."""
+    """Return the numpy dtype of a row: record, line, flags, colour, number."""
     return numpy.dtype(
         {
             "names": ["record", "line", "flags", "colour", "number"],
@@ -31,7 +31,7 @@ def row_dtype() -> numpy.dtype[numpy.void]:
 
 
 def rows_of(records: numpy.ndarray, line: int) -> numpy.ndarray:
-    """Records of one line as rows without numbers."""
+    """Convert records of one line to rows without numbers."""
     rows = numpy.zeros(len(records), row_dtype())
     rows["record"] = records
     rows["line"] = line
@@ -39,7 +39,7 @@ def rows_of(records: numpy.ndarray, line: int) -> numpy.ndarray:
 
 
 def mark_row(kind: int, line: int, count: int, time_ns: int) -> numpy.ndarray:
-    """One row that says what is missing: GAP and UNHEARD with milliseconds, LOST and GONE with records."""
+    """Return a row that reports missing data: GAP and UNHEARD with milliseconds, LOST and GONE with records."""
     row = numpy.zeros(1, row_dtype())
     row["record"]["time_ns"] = time_ns
     row["record"]["id"] = _NO_ID

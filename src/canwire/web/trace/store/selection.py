@@ -1,4 +1,4 @@
-"""What one viewer shows of a history: the numbers of the rows that pass, found once and then only for what is new."""
+"""The rows of a history that a viewer's filter selects: their numbers are found once, and then only for new rows."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ STEP = 16 * CHUNK  # rows that are looked at before others have their turn
 
 
 class Selection:
-    """Rows of these lines (numbers; None: all) that pass `test` (None: all). Marks of these lines always do.
+    """Rows of these lines (numbers; None: all) that pass `test` (None: all). Marks of these lines are always included.
 
-    Places in it count from 0 and never change, so that a list that is scrolled back keeps its rows.
+    Places count from 0 and never change, so that a list that is scrolled back keeps its rows.
     """
 
     def __init__(
@@ -40,24 +40,24 @@ class Selection:
         self.cursor = max(since, history.first)
 
     def stop(self, until: int | None) -> None:
-        """Show rows before this number alone; None: whatever comes, too."""
+        """Show only rows before this number; None: no limit."""
         self._until = until
         if until is not None and self.cursor > until:
             self.count, self.cursor = self.place_of(until), until
 
     @property
     def end(self) -> int:
-        """Up to which number it could be extended now."""
+        """The number up to which it could be extended now."""
         total, until = self._history.total, self._until
         return total if until is None else min(total, until)
 
     @property
     def gone(self) -> int:
-        """How many of its rows the history has not any more."""
+        """Number of its rows that the history has removed."""
         return self.place_of(self._history.first)
 
     def extend(self) -> bool:
-        """Look at up to STEP more rows; are there still more?"""
+        """Check up to STEP more rows; returns whether there are still more."""
         end = self.end
         stop = min(self.cursor + STEP, end)
         begin = max(self.cursor, self._history.first)
@@ -67,23 +67,23 @@ class Selection:
         return self.cursor < end
 
     def rows(self, place: int, count: int) -> numpy.ndarray:
-        """Up to `count` rows from a place on; those that are gone are left out."""
+        """Return up to `count` rows from a place on; removed rows are left out."""
         place = max(place, 0)
         return self._history.pick(self.numbers(place, count))
 
     def numbers(self, place: int, count: int) -> NDArray[numpy.int64]:
-        """The numbers of the rows there."""
+        """Return the numbers of up to `count` rows from a place on."""
         return self._numbers[place : min(place + count, self.count)].astype(numpy.int64)
 
     def place_of(self, number: int) -> int:
-        """The index of the first row whose number is not less."""
+        """Return the place of the first row whose number is not less than `number`."""
         if number > _LAST:
             return self.count
         # of the same type: else numpy would make all of them another one first
         return int(numpy.searchsorted(self._numbers[: self.count], numpy.uint32(max(number, 0))))
 
     def place_at(self, time_ns: int) -> int:
-        """The index of the first row whose time is not less; times of different hubs are not distinguished."""
+        """Return the place of the first row whose time is not less; times of different hubs are not distinguished."""
         low, high = self.gone, self.count
         while low < high:
             middle = (low + high) // 2
@@ -95,7 +95,8 @@ class Selection:
         return min(low, self.count - 1)
 
     def find(self, test: Test, place: int, step: int) -> int | None:
-        """The nearest place after (step 1) or before (step -1) this one whose row passes, going round at the end."""
+        """Return the nearest place after (step 1) or before (step -1) this one whose row passes; wraps around at the
+        end."""
         forwards = [(place + 1, self.count), (self.gone, place)]
         backwards = [(self.gone, place), (place + 1, self.count)]
         for begin, end in forwards if step > 0 else backwards:
