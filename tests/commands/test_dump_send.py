@@ -587,7 +587,7 @@ def test_what_other_programs_do_with_a_line_is_told(
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (("dump", "can7"), "no line or bus 'can7'"),
+        (("dump", "can7"), "no CAN line or bus 'can7'"),
         (("dump", "can0", "-n", "0"), "-n 0: 1 or more"),
         (("dump", "can0", "-T", "nan"), "-T nan: seconds from 0 up"),
         (("dump", "can0", "-T", "-1"), "-T -1.0: seconds from 0 up"),

@@ -23,7 +23,7 @@ def bound(address, *, to_all=False, errors=False):
         made.setsockopt(SOL, socket.SO_J1939_ERRQUEUE, 1)
         made.setsockopt(socket.SOL_SOCKET, 37, 1 << 4 | 1 << 7 | 1 << 8 | 1 << 9)
     made.bind(("can0", 0, NO_PGN, address))
-    made.settimeout(30)
+    made.settimeout(200)
     return made
 def refused(error, call, *words):
     try:

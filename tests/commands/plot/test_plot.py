@@ -111,7 +111,7 @@ def test_a_line(busy_hub: str, capsys: pytest.CaptureFixture[str]) -> None:
                  "--hub", busy_hub]) == 0  # fmt: skip
     times, values = samples()["EngineData.EngineSpeed"]
     assert set(values) == {30.0}
-    assert 0 < times[0] < times[-1] < 1
+    assert 0 <= times[0] < times[-1] <= 0.3
 
 
 @pytest.mark.smoke

@@ -13,11 +13,11 @@ cdef bytes _PARTS
 
 @cython.final
 cdef class FrameReader:
-    cdef public int fd_mode, field, left, same, last, stuff_count, dlc, length, crc_width, crc_position
-    cdef public unsigned int value
-    cdef public bint stuffing, extended, remote, fd, switch, esi, crc_ok, protocol_exception
-    cdef public unsigned int crc15, crc17, crc21, identifier
-    cdef readonly object _block
+    cdef readonly int fd_mode, field, left, same, last, stuff_count, dlc, length, crc_width, crc_position
+    cdef readonly unsigned int value
+    cdef readonly bint stuffing, extended, remote, fd, switch, esi, crc_ok, protocol_exception
+    cdef readonly unsigned int crc15, crc17, crc21, identifier
+    cdef object _block
     cdef unsigned long long *payload
 
     cpdef int begin_for(self, Node node) noexcept

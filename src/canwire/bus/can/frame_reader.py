@@ -63,6 +63,11 @@ class FrameReader:
     them).
     """
 
+    def __cinit__(self, *_: object) -> None:
+        """Compiled: a reader that was never initialised has memory for a payload, too."""
+        self._block = bytearray(8 * _WORDS)
+        self.payload = _mem.words_of(self._block)
+
     def __init__(self, fd_mode: int) -> None:
         self.fd_mode = fd_mode
         self.protocol_exception = fd_mode != 0

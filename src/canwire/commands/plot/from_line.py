@@ -38,7 +38,8 @@ def listen_for_tracks(arguments: argparse.Namespace, chosen: Chosen, tracks: Tra
         zero_ns, end_s = hub.now_ns(), now_s() + seconds
         while (left_s := end_s - now_s()) > 0:
             for source, records in listening.take(_BATCH, left_s):
-                block = bytearray(b"".join(RECORD.pack(*record) for record in records))
+                timely = [record for record in records if zero_ns <= record[0] <= zero_ns + seconds * 1e9]
+                block = bytearray(b"".join(RECORD.pack(*record) for record in timely))
                 decoding.add(source.name, numpy.frombuffer(block, record_dtype()), zero_ns)
         for source in listening.sources:
             if lost := listening.counted(source).lost:
