@@ -1,4 +1,4 @@
-"""The real adapters of this machine: what python-can and pyserial find, each with the text that shares it."""
+"""The real adapters of this machine: those that python-can and pyserial find, each with the text that shares it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from canwire.drivers.slcan_dongle.ports import described_ports
 from canwire.errors import CanwireError, ExtraMissing
 from canwire.values.frozen import dataclass
 
-# gs_usb is looked for by our own driver, serial ports by pyserial; the others are no adapters, or need no search
+# our own driver finds gs_usb adapters, pyserial the serial ports; the others are no adapters, or need no search
 _LEFT_OUT = {"virtual", "udp_multicast", "canwire", "gs_usb", "serial", "slcan", "seeedstudio", "robotell"}
 
 
@@ -27,7 +27,7 @@ class FoundAdapter:
 def find_adapters() -> list[FoundAdapter]:
     """All adapters that are found, serial ports included; the search may take seconds.
 
-    Raises ExtraMissing without both libraries, CanwireError where the system cannot list its serial ports.
+    Raises ExtraMissing if neither library is installed, CanwireError if the system cannot list its serial ports.
     """
     found = [*_serial(), *_usb(), *_of_python_can()]
     if not found and find_spec("serial") is None and find_spec("can") is None:

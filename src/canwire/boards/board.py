@@ -26,7 +26,7 @@ _BUS_NAME = re.compile(r"[^\s():]{1,64}")
 
 
 class Connector(NamedTuple):
-    """One connector of a kind: the type of its bus, what it can do, its default bus.
+    """One connector of a board kind: the type of its bus, its capabilities, its default bus.
 
     `controller` is that of a CAN line: IDEAL, SJA1000 or MCP2515. The numbers of channels are limits, 0: no limit.
     """
@@ -39,7 +39,7 @@ class Connector(NamedTuple):
     send_channels: int = 0
 
     def line_info(self, name: str, bus: str) -> LineInfo:
-        """Its description with this name, plugged into that bus."""
+        """The description of the line with this name on that bus."""
         if isinstance(self.capabilities, LinCapabilities):
             return LineInfo(name, bus, self.bus_type, NO_CAN, self.capabilities)
         channels = self.receive_channels, self.send_channels
@@ -48,9 +48,9 @@ class Connector(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class BoardKind:
-    """A row of the catalogue, and what a package brings that adds one by the entry point group `canwire.boards`.
+    """A row of the catalogue; a package adds one by the entry point group `canwire.boards`.
 
-    `device_class` is a GUID. Versions as in BoardInfo. Raises BadValue for a row that no board could be made after.
+    `device_class` is a GUID. Versions as in BoardInfo. Raises BadValue for a row from which no board can be made.
     """
 
     name: str
@@ -76,7 +76,7 @@ class BoardKind:
 
     @property
     def ideal(self) -> bool:
-        """True if all its CAN lines have the ideal controller, the one with options."""
+        """Whether all its CAN lines have the ideal controller, the only one with options."""
         can = [one.controller for one in self.connectors if one.bus_type == CAN]
         return not self.outside and can != [] and set(can) == {IDEAL}
 
@@ -133,9 +133,9 @@ class BoardKind:
 
 @dataclass(frozen=True, slots=True)
 class BoardLine:
-    """One CAN connector of a board that is plugged in. `bus` stays known after the board was pulled out.
+    """One CAN connector of a board that is plugged in. `bus` stays known after the board was unplugged.
 
-    `options` are what its controller has unless a program says otherwise.
+    `options` are those of its controller unless a program sets others.
     """
 
     info: LineInfo
@@ -154,7 +154,7 @@ class BoardLinLine:
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """A board that is plugged in; catalogue.build makes it, catalogue.pull takes it out. No I/O."""
+    """A board that is plugged in; catalogue.build makes it, catalogue.pull removes it. No I/O."""
 
     info: BoardInfo
     lines: tuple[BoardLine | BoardLinLine, ...]
@@ -171,7 +171,10 @@ def checked_hardware_id(text: str) -> str:
 
 
 def checked_bus_name(text: str) -> str:
-    """The text if it is a valid bus name; raises BadValue. Logs put blanks around it, addresses a colon after it."""
+    """The text if it is a valid bus name; raises BadValue.
+
+    Logs put blanks around a name, addresses a colon after it.
+    """
     if not isinstance(text, str) or not _BUS_NAME.fullmatch(text):
         raise BadValue(f"bus name {text!r}: 1 to 64 characters, no blanks, parentheses or colons")
     return text

@@ -1,4 +1,4 @@
-"""Board kinds by name, and the place that puts chips on buses (a chip whose outputs float: transceiver.py).
+"""Board kinds by name, and the code that puts chips on buses (for a chip whose outputs float: transceiver.py).
 
 A package adds a kind by an entry point of the group `canwire.boards` that names a BoardKind:
 
@@ -82,7 +82,7 @@ def _loaded(point: EntryPoint) -> BoardKind:
 
 
 class Machine(NamedTuple):
-    """What boards are plugged into: its time, its buses by name, its ISA slots; what wakes it up for adapters."""
+    """What boards are plugged into: a timeline, buses by name, ISA slots, and a reactor, which adapters need."""
 
     timeline: Timeline
     buses: Mapping[str, CanBus | LinBus]
@@ -102,7 +102,7 @@ def build(
     port: str = "",
     options: ControllerOptions = USUAL,
 ) -> Board:
-    """A board of this kind with its controllers on these buses, one a line (none named: the kind's usual ones).
+    """A board of this kind with its controllers on these buses, one per line (none named: the kind's default ones).
 
     `place` is the address and IRQ that an ISA board's jumpers select (None: as delivered); a `real` board is driven
     through /dev/port. `port` is an adapter's port. `options` configure its controllers, and only ideal ones.
@@ -151,7 +151,7 @@ def _check_bus(kind: BoardKind, line: LineInfo, buses: Mapping[str, CanBus | Lin
 def _plugged(
     name: str, info: LineInfo, controller: str, machine: Machine, options: ControllerOptions
 ) -> BoardLine | BoardLinLine:
-    """A line of its kind on its bus."""
+    """Make a line for this connector, on its bus."""
     timeline, bus = machine.timeline, machine.buses.get(info.bus)
     if bus is None:  # alone on a private bus, which is removed with the line
         bus = LinBus(timeline) if info.bus_type == LIN else CanBus(timeline)
@@ -186,7 +186,7 @@ def _isa_board(name: str, info: BoardInfo, place: IsaPlace, machine: Machine, re
 
 
 def pull(board: Board, machine: Machine) -> None:
-    """Pull the board out, in the middle of a frame if need be; a second time does nothing."""
+    """Unplug the board, if necessary in the middle of a frame; a second call does nothing."""
     for slot in board.lines:
         home = slot.bus if isinstance(slot, BoardLine) else slot.line.controller.bus
         if isinstance(slot, BoardLinLine):
@@ -206,7 +206,7 @@ def pull(board: Board, machine: Machine) -> None:
 
 
 def sja1000_line(name: str, timeline: Timeline, *, ppm: float = 0.0) -> Line:
-    """A line with an SJA1000 at 16 MHz, off by `ppm`, and its driver, wired register by register, on no bus yet."""
+    """A line with an SJA1000 at 16 MHz (off by `ppm`) and its driver, not yet on any bus."""
     line = Line(name, timeline)
     chip = Sja1000(None, OSCILLATOR_HZ)
     chip.oscillator_ppm = ppm
@@ -252,14 +252,14 @@ def plug_lin(line: LinLine, bus: LinBus) -> None:
 
 
 def unplug_lin(line: LinLine) -> None:
-    """Take a LIN line's controller off its bus, wherever that is."""
+    """Remove a LIN line's controller from its bus, whichever bus that is."""
     bus = line.controller.bus
     if isinstance(bus, LinBus):
         bus.detach(line.controller)
 
 
 def listener(name: str, bus: Bus, timeline: Timeline) -> Line:
-    """An ideal line on this bus, to listen there; `unplug` takes it off. Raises Unsupported without a CAN bus."""
+    """An ideal line on this bus that listens; `unplug` removes it. Raises Unsupported if the bus is no CAN bus."""
     if not isinstance(bus, CanBus):
         raise Unsupported(f"{name}: there is no CAN bus to listen to")
     line = ideal_line(name, timeline)
@@ -268,7 +268,7 @@ def listener(name: str, bus: Bus, timeline: Timeline) -> Line:
 
 
 def is_shorted(bus: Bus) -> bool:
-    """True if the two wires of a CAN bus are shorted."""
+    """Whether the two wires of a CAN bus are shorted."""
     return isinstance(bus, CanBus) and bool(bus.bits.shorted)
 
 
@@ -283,7 +283,7 @@ def plug(line: Line, bus: CanBus) -> None:
 
 
 def unplug(line: Line) -> None:
-    """Take a line's controller off its bus, wherever that is."""
+    """Remove a line's controller from its bus, whichever bus that is."""
     if isinstance(line.controller, Sja1000) and line.controller.transceiver is not None:
         line.controller.transceiver.go_home()
     bus = line.controller.bus

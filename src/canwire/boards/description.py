@@ -1,4 +1,4 @@
-"""What a board is and can do, as facts that never change while it is plugged in.
+"""The properties and capabilities of a board, which never change while it is plugged in.
 
 The numbers of `Feature`, `controller_type` and `bus_coupling` are VCI's (reference/vci.md section 3).
 """
@@ -49,9 +49,9 @@ class TimingRange:
     def limits(
         self, name: str = "this board", *, quanta_min: int | None = None, ipt: int = 0
     ) -> TimingLimits:
-        """The same for BitTiming's searches, which call it `name`; a bit of at least `quanta_min` quanta.
+        """The range for BitTiming's searches, which call it `name`; a bit has at least `quanta_min` quanta.
 
-        None: as few as the registers can make. `ipt` is the information processing time in quanta.
+        `quanta_min` None: as few as the registers can make. `ipt` is the information processing time in quanta.
         """
         (tseg1_min, tseg1_max), (tseg2_min, tseg2_max) = self.tseg1, self.tseg2
         return TimingLimits(
@@ -71,9 +71,9 @@ class TimingRange:
 
 @dataclass(frozen=True, slots=True)
 class Ticks:
-    """A timer of a board: one tick lasts divisor / clock_hz seconds; `maximum` ticks can be asked for.
+    """A timer of a board: one tick lasts divisor / clock_hz seconds; at most `maximum` ticks can be set.
 
-    All zeros where the board has no such timer.
+    All values are zero if the board has no such timer.
     """
 
     clock_hz: int = 0
@@ -88,7 +88,7 @@ class Ticks:
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """What one CAN line can do."""
+    """The capabilities of one CAN line."""
 
     controller_type: int
     bus_coupling: int
@@ -104,11 +104,11 @@ class Capabilities:
         return self.features & feature == feature
 
     def timing(self, bit_rate: int, sample_point: float | None = None) -> BitTiming:
-        """A sensible one for classic bits and the nominal phase, at the line's clock; raises BadTiming."""
+        """A suitable timing for classic bits and the nominal phase, at the line's clock; raises BadTiming."""
         return self._timing(self.nominal, TimingLimits.FD_NOMINAL.quanta_min, bit_rate, sample_point)
 
     def data_timing(self, bit_rate: int, sample_point: float | None = None) -> BitTiming:
-        """The same for the data phase; raises BadTiming for a classic line as well."""
+        """A suitable timing for the data phase, at the line's clock; raises BadTiming, also for a classic line."""
         if self.data is None:
             raise BadTiming(f"{bit_rate} bit/s for data: this line knows classic CAN only")
         return self._timing(self.data, TimingLimits.FD_DATA.quanta_min, bit_rate, sample_point)
@@ -139,7 +139,7 @@ class LinFeature(NamedFlags):
 
 @dataclass(frozen=True, slots=True)
 class LinCapabilities:
-    """What one LIN line can do; `stamps` is the counter that times its messages."""
+    """The capabilities of one LIN line; `stamps` is the counter that times its messages."""
 
     controller_type: int
     features: int
@@ -151,10 +151,10 @@ class LinCapabilities:
 
 @dataclass(frozen=True, slots=True)
 class LineInfo:
-    """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the copper it is plugged into.
+    """One connector: `name` counts per kind of bus from 1 ("CAN-1"), `bus` is the bus that it is plugged into.
 
-    `bus_type` is "CAN" or "LIN"; a LIN line can do what `lin` says, and its `capabilities` are NO_CAN. It has so many
-    channels to receive and to send with, 0: any number.
+    `bus_type` is "CAN" or "LIN"; `lin` has the capabilities of a LIN line, whose `capabilities` are NO_CAN. The numbers
+    of channels to receive and to send with are limits, 0: any number.
     """
 
     name: str
@@ -171,9 +171,9 @@ class LineInfo:
 class BoardInfo:
     """One board in the device list.
 
-    `id` is unique for as long as the hub runs and new after every plug; `hardware_id` ("HW" and digits) stays.
-    Versions: driver is major, minor, release, build; hardware is major, minor, branch, build. `resources` is what it
-    takes of its machine: ("I/O", "280h-29Fh"), ("IRQ", "5").
+    `id` is unique while the hub runs and new after every plug; `hardware_id` ("HW" and digits) stays.
+    Versions: driver is major, minor, release, build; hardware is major, minor, branch, build. `resources` are those
+    that it uses of its machine: ("I/O", "280h-29Fh"), ("IRQ", "5").
     """
 
     id: int
@@ -190,7 +190,7 @@ class BoardInfo:
 
 
 def board_named(boards: Iterable[BoardInfo], name: str) -> BoardInfo:
-    """The one with this hardware id, or the first of this kind; raises NoSuchBoard naming what there is."""
+    """The board with this hardware id, or the first of this kind; raises NoSuchBoard with the boards plugged in."""
     there = list(boards)
     for board in there:
         if name in (board.hardware_id, board.kind):

@@ -32,7 +32,7 @@ _FD = Feature.EXTENDED_DATA | Feature.FAST_DATA | Feature.ISO_FRAME | Feature.NO
 
 _FD_CLOCK_HZ = 80_000_000
 _FD_NOMINAL = TimingRange(prescaler=(2, 513), tseg1=(1, 256), tseg2=(1, 256), sjw=(1, 128))
-# The offset that VCI's presets of the data phase ask for is 128 periods at most (CAN_BTP_DBR_LL_500KB).
+# VCI's presets for the data phase use an offset of 128 periods at most (CAN_BTP_DBR_LL_500KB).
 _FD_DATA = TimingRange(prescaler=(2, 513), tseg1=(1, 256), tseg2=(1, 256), sjw=(1, 128), offset_max=255)
 
 USB_TO_CAN_FD = Capabilities(

@@ -29,7 +29,7 @@ _WORDS = {"P": True, "NP": False}
 
 
 class Jumpers(NamedTuple):
-    """E24..E20, compared with A9..A5; True is present (P) and means 0. As delivered: 280h."""
+    """The jumpers E24..E20, compared with A9..A5; True is present (P) and means 0. As delivered: 280h."""
 
     e24: bool = False
     e23: bool = True
@@ -54,7 +54,7 @@ class Jumpers(NamedTuple):
 
     @property
     def address(self) -> int:
-        """What A9..A5 are compared with, whether a board can be there or not."""
+        """The address that the jumpers select, which need not be possible for a board."""
         address = 0
         for present in self:
             address = address << 1 | (not present)
@@ -73,14 +73,14 @@ class Jumpers(NamedTuple):
 
 
 def checked_irq(irq: int) -> int:
-    """The interrupt line, if a jumper can set it; raises BadValue."""
+    """Return the interrupt line if a jumper can set it; raises BadValue."""
     if isinstance(irq, bool) or irq not in IRQS:
         raise BadValue(f"IRQ {irq!r}: {', '.join(map(str, IRQS[:-1]))} or {IRQS[-1]}; usually {USUAL_IRQ}")
     return irq
 
 
 def checked_place(base: int | None = None, irq: int | None = None, shared_irq: bool = False) -> IsaPlace:
-    """Address and interrupt line as jumpers can set them, None as delivered; raises BadValue."""
+    """Address and interrupt line if jumpers can set them, None: as delivered; raises BadValue."""
     return IsaPlace(
         checked_base(USUAL_BASE if base is None else base),
         checked_irq(USUAL_IRQ if irq is None else irq),
@@ -89,7 +89,7 @@ def checked_place(base: int | None = None, irq: int | None = None, shared_irq: b
 
 
 class Controller(Protocol):
-    """What the board needs of its SJA1000. `on_interrupt` is called when INT goes active."""
+    """The interface of the SJA1000 that the board needs. `on_interrupt` is called when INT becomes active."""
 
     on_interrupt: Callable[[], None] | None
 
@@ -100,7 +100,7 @@ class Controller(Protocol):
 
 
 class InduCan104:
-    """One board: ports on one side, an SJA1000 on the other.
+    """One board: an SJA1000 that is reached through ports.
 
     It uses the chip's `on_interrupt`. A program that serves the interrupt sets `on_irq`, or plugs the board into an
     IsaBus and connects to that bus's interrupt line. Raises BadValue for an address or a line that jumpers cannot set.
@@ -114,7 +114,7 @@ class InduCan104:
 
     @property
     def jumpers(self) -> Jumpers:
-        """E24..E20 as they have to be for its address."""
+        """The positions of E24..E20 for its address."""
         return Jumpers.for_base(self.place.base)
 
     @property
@@ -128,12 +128,12 @@ class InduCan104:
         return self.irq_pending
 
     def read_port(self, port: int) -> int:
-        """A register, with whatever reading it does to the chip; 0xFF at a port that is not the board's."""
+        """Read a register, with the effect that reading has on the chip; 0xFF at a port that is not the board's."""
         register = register_at(port, self.place.base)
         return FLOATING if register is None else self.chip.read(register)
 
     def write_port(self, port: int, value: int) -> None:
-        """Lost at a port that is not the board's; raises BadValue for a value that is no byte."""
+        """Write a register; ignored at a port that is not the board's. Raises BadValue for a value that is no byte."""
         checked_byte(value, port)
         register = register_at(port, self.place.base)
         if register is not None:

@@ -1,7 +1,7 @@
 """The I/O space and the interrupt lines of a PC that its CAN boards use.
 
-A machine has one `IsaBus`; boards are plugged into it under names that its complaints use. Nothing here knows what a
-board does with accesses to its ports.
+A machine has one `IsaBus`; boards are plugged into it under names that error messages use. This file does not know
+what a board does when its ports are accessed.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ FLOATING = 0xFF
 
 @dataclass(frozen=True, slots=True)
 class IsaPlace:
-    """What a board takes: 32 addresses from `base`, and one interrupt line, for itself or shared.
+    """The resources of a board: 32 addresses from `base`, and one interrupt line, shared or not.
 
-    Sharing is a promise of both drivers to look at their own board whenever the line rises ("/I:5*"); the boards
-    themselves cannot.
+    Sharing is a promise of both drivers to check their own board whenever the line rises ("/I:5*"); the boards
+    themselves do not support it.
     """
 
     base: int
@@ -37,17 +37,17 @@ class IsaPlace:
 
 
 def base_conflict(one: IsaPlace, other: IsaPlace) -> bool:
-    """Both would answer at the same ports."""
+    """Whether both boards would answer at the same ports."""
     return one.base == other.base
 
 
 def irq_conflict(one: IsaPlace, other: IsaPlace) -> bool:
-    """Both drive one interrupt line, and not both promised to share it."""
+    """Whether both boards drive one interrupt line, unless both promised to share it."""
     return one.irq == other.irq and not (one.shared_irq and other.shared_irq)
 
 
 class IsaCard(Protocol):
-    """The interface of a board on an ISA bus. It calls `on_irq`, where set, each time it requests an interrupt."""
+    """The interface of a board on an ISA bus. It calls `on_irq`, if set, each time it requests an interrupt."""
 
     on_irq: Callable[[], None] | None
 
@@ -69,11 +69,11 @@ class IsaBus:
 
     @property
     def cards(self) -> Mapping[str, IsaCard]:
-        """What is plugged in, by name, in the order of plugging."""
+        """The boards plugged in, by name, in the order of plugging."""
         return self._cards
 
     def plug(self, name: str, card: IsaCard) -> None:
-        """Put a board in; raises InUse naming it and the board that has its name, address or interrupt line."""
+        """Plug a board in; raises InUse with its name and the board that has its name, address or interrupt line."""
         if name in self._cards:
             raise InUse(f"a board {name} is plugged in already")
         self.check(name, card.place)
@@ -82,7 +82,7 @@ class IsaBus:
         card.on_irq = lambda: self._requested(irq)
 
     def unplug(self, name: str) -> None:
-        """Take a board out; its address and interrupt line are free again. Raises NoSuchBoard."""
+        """Remove a board; its address and interrupt line are free again. Raises NoSuchBoard."""
         card = self._cards.pop(name, None)
         if card is None:
             raise NoSuchBoard(f"no board {name!r} to unplug; plugged in: {', '.join(self._cards) or 'none'}")
@@ -90,7 +90,7 @@ class IsaBus:
         card.on_irq = None
 
     def check(self, name: str, place: IsaPlace) -> None:
-        """Raises InUse unless a board of that name could have this place."""
+        """Raise InUse unless a board of that name could have this place."""
         for other, card in self._cards.items():
             if base_conflict(place, card.place):
                 at = port_text(place.base)
@@ -102,12 +102,15 @@ class IsaBus:
                 )
 
     def read(self, port: int) -> int:
-        """IN from a port, 0..0xFFFF: 0xFF where no board answers; raises BadValue for another port."""
+        """Read from a port (IN), 0..0xFFFF: 0xFF if no board answers; raises BadValue for another port."""
         card = self._at.get(checked_port(port) & SELECT)
         return FLOATING if card is None else card.read_port(port)
 
     def write(self, port: int, value: int) -> None:
-        """OUT to a port; lost where no board answers. Raises BadValue for a port or value that does not exist."""
+        """Write to a port (OUT); ignored if no board answers.
+
+        Raises BadValue for a port or value that does not exist.
+        """
         card = self._at.get(checked_port(port) & SELECT)
         checked_byte(value, port)
         if card is not None:
@@ -120,7 +123,7 @@ class IsaBus:
         self._handlers.setdefault(irq, []).append(handler)
 
     def disconnect(self, irq: int, handler: Callable[[], None]) -> None:
-        """Never call it again; a second time does nothing."""
+        """Stop calling this handler; a second call does nothing."""
         handlers = self._handlers.get(irq, [])
         if handler in handlers:
             handlers.remove(handler)

@@ -1,4 +1,4 @@
-"""Lines whose plug is pulled: each is alone on a private stub bus, as on a disconnected cable."""
+"""Lines that are disconnected: each is alone on a private stub bus, as on a cable whose plug was pulled."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WireT = TypeVar("WireT", bound=Source)
 
 
 class Islands(Generic[LineT, WireT]):
-    """The stubs, by line. `stub` makes one; `plug` puts a line on a bus, `unplug` takes it off its bus."""
+    """The stub buses, by line. `stub` makes one; `plug` puts a line on a bus, `unplug` removes it from its bus."""
 
     def __init__(
         self,
@@ -31,7 +31,10 @@ class Islands(Generic[LineT, WireT]):
         return list(self._stubs.values())
 
     def pull(self, line: LineT, name: str) -> WireT:
-        """Pull the plug now, even in the middle of a frame; returns the stub. Does nothing if it is pulled already."""
+        """Disconnect a line now, even in the middle of a frame; returns the stub.
+
+        Does nothing if it is disconnected already.
+        """
         if line not in self._stubs:
             self._unplug(line)
             stub = self._stubs[line] = self._stub(self._timeline, f"{name} (disconnected)")
@@ -39,7 +42,9 @@ class Islands(Generic[LineT, WireT]):
         return self._stubs[line]
 
     def put_back(self, line: LineT, go_home: Callable[[LineT], None]) -> None:
-        """`go_home` plugs the line into its bus again; does nothing if it is not pulled."""
+        """Reconnect a line with `go_home`, which plugs it into its bus again; does nothing if it is not
+        disconnected.
+        """
         if line in self._stubs:
             self._unplug(line)
             self._timeline.remove(self._stubs.pop(line))

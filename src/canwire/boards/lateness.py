@@ -6,7 +6,7 @@ _NOTEWORTHY_NS = 100_000_000
 
 
 def lateness_text(behind_ns: int, skipped_ns: int) -> str:
-    """The delay as a sentence; "" below a tenth of a second.
+    """The delay as a sentence; "" if it is less than a tenth of a second.
 
     >>> lateness_text(250_000_000, 0)
     'bus time is 0.25 s behind the clock: the buses have more to do than this machine can simulate, or it was stopped'

@@ -29,7 +29,7 @@ SERIAL = (SLCAN, SLCAN_FD)
 
 
 def checked_port(kind: str, port: str) -> str:
-    """The port, if boards of this kind can be there; raises BadValue."""
+    """Return the port if boards of this kind can be there; raises BadValue."""
     if kind not in KINDS or not KINDS[kind].outside:
         if port:
             raise BadValue(f"{kind} has no port; {', '.join(SERIAL)} and {PYTHON_CAN} have")
@@ -57,7 +57,7 @@ def check_port(kind: str, port: str) -> None:
 
 
 def check_unused(port: str, boards: Iterable[Board]) -> None:
-    """Raise InUse naming the board that is at this port."""
+    """Raise InUse with the name of the board that uses this port already."""
     for board in boards:
         for slot in board.lines:
             driver = slot.line.driver
@@ -68,7 +68,7 @@ def check_unused(port: str, boards: Iterable[Board]) -> None:
 
 
 def outside_board(info: BoardInfo, port: str, timeline: Timeline, reactor: Reactor | None) -> Board:
-    """A board for the adapter at this port, which may come later. Raises Unsupported in virtual time."""
+    """A board for the adapter at this port, which may be connected later. Raises Unsupported in virtual time."""
     if reactor is None:
         raise Unsupported(
             f"{info.kind}: a real adapter does not wait for virtual time; use a hub in real time"
@@ -98,8 +98,9 @@ def capabilities_of(port: str) -> Capabilities:
 def when_heard_of(
     board: Board, identified: Callable[[Identity], object], tell: Callable[[str], object]
 ) -> None:
-    """Call back, soon and perhaps several times, when a real adapter has identified itself; call `tell` with the reason
-    if it cannot be reached."""
+    """Set the calls of a real adapter: `identified`, soon and perhaps several times, and `tell` with the reason if it
+    cannot be reached.
+    """
     for slot in board.lines:
         driver = slot.line.driver if isinstance(slot, BoardLine) else None
         if isinstance(driver, OutsideDriver):
@@ -114,7 +115,7 @@ def obstacle_of(line: Line) -> str:
 
 
 def identified(info: BoardInfo, identity: Identity) -> BoardInfo:
-    """A board's description with what its adapter says of itself."""
+    """A board's description with the identity that its adapter reports."""
     return replace(
         info,
         resources=identity.facts,

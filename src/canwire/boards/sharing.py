@@ -1,4 +1,4 @@
-"""The openers of a line, for reading and for writing, by the rules of Win32 share modes.
+"""The programs that have a line open, for reading and for writing, by the rules of Win32 share modes.
 
 Source: CANDRV manual 7.3 and 8.1, CreateFile.
 """
@@ -23,7 +23,7 @@ class Share:
 
 
 class Sharing:
-    """The openers of one line, which has so many channels to receive and to send with; 0: any number."""
+    """The openers of one line, with limits for the channels to receive and to send with; 0: any number."""
 
     def __init__(self, line: str, receive_channels: int = 0, send_channels: int = 0) -> None:
         self._line = line
@@ -34,7 +34,7 @@ class Sharing:
         return len(self._shares)
 
     def open(self, share: Share) -> None:
-        """Raises InUse where the modes exclude each other, NoChannel where all channels are taken."""
+        """Add an opener. Raises InUse if the modes exclude each other, NoChannel if all channels are taken."""
         for other in self._shares:
             self._admit(share, other)
         self._check_room("receive", self._limits[0], share.read, sum(other.read for other in self._shares))
@@ -42,7 +42,7 @@ class Sharing:
         self._shares.append(share)
 
     def close(self, share: Share) -> None:
-        """Its channels are free; a second time does nothing."""
+        """Remove an opener, so that its channels are free; a second call does nothing."""
         self._shares = [other for other in self._shares if other is not share]
 
     def _admit(self, share: Share, other: Share) -> None:

@@ -1,10 +1,9 @@
-"""Between the output pins of an SJA1000 and its bus: pins that float drive nothing (rulings.md 41).
+"""The transceiver between the output pins of an SJA1000 and its bus: pins that float drive nothing (rulings.md 41).
 
-OCR decides while the chip leaves reset mode. With both pins floating no other node sees what the chip sends: the chip
+OCR decides when the chip leaves reset mode. With both pins floating no other node sees what the chip sends: the chip
 receives its own frames, gets no acknowledge, and neither acknowledges nor disturbs the frames of others. It still
 receives those, except while it sends.
-
-The chip is then alone on a private stub bus, and an `Ear` takes its place on the real bus.
+The chip is then alone on a private stub bus, and an `Ear` replaces it on the real bus.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ class Transceiver:
         chip.transceiver = self
 
     def look(self) -> None:
-        """The chip joins the bus with the present value of OCR."""
+        """Connect the chip to its bus or to the stub, by the present value of OCR; it leaves reset mode."""
         if self._chip.output_pins(True) != (FLOAT, FLOAT):
             self.go_home()
             return
@@ -64,7 +63,7 @@ class Ear(Node):
         self._chip = chip
 
     def begin(self, now_ns: int) -> None:
-        """With the chip's bit timing, once there were 11 recessive bits."""
+        """Start to receive with the chip's bit timing, once there were 11 recessive bits."""
         for name in _TIMING:
             setattr(self, name, getattr(self._chip, name))
         self.on_bus = False

@@ -1,4 +1,4 @@
-"""Warnings about the copper of a bus, as sentences; none of these conditions keeps a bus from running.
+"""Warnings about the wiring of a bus, as sentences; the bus runs in spite of all these conditions.
 
 Source: INduCAN104 manual ("Network topology and medium").
 """
@@ -46,7 +46,7 @@ def config_warnings(config: Config) -> list[str]:
 
 
 def _length_warnings(bus: BusConfig, bit_rate: int) -> list[str]:
-    """An ideal bus, without length and delay, has none."""
+    """The warning for a cable that is too long; none for an ideal bus, which has neither length nor delay."""
     length, longest = effective_length_m(bus.length_m, bus.node_delay_ns), longest_m(bit_rate)
     if length <= longest:
         return []

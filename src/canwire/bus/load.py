@@ -9,7 +9,7 @@ _LONG_NS = 2 * BUCKETS * BUCKET_NS
 
 
 class BusLoad:
-    """Adds up busy time in buckets of 100 ms; a second of them is the window.
+    """Adds up busy time in buckets of 100 ms; ten of them (1 s) are the window.
 
     `busy_ns` is the sum since the start; `peak` the busiest bucket so far, 0..100 %.
     """
@@ -22,7 +22,7 @@ class BusLoad:
         self._past = [0] * BUCKETS
 
     def add(self, start_ns: int, end_ns: int) -> None:
-        """The bus was busy in between; calls come in order of time and never overlap."""
+        """Add busy time from `start_ns` to `end_ns`; calls come in order of time and never overlap."""
         self.busy_ns += end_ns - start_ns
         if end_ns > self._bucket_end_ns or start_ns < self._bucket_end_ns - _BUCKET_NS:
             self._roll(start_ns, end_ns)

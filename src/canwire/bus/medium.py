@@ -2,8 +2,8 @@
 
 The table of the INduCAN104 manual ("Medium") gives the longest cable for a bit rate: 1 Mbit/s 25 m,
 800 kbit/s 50 m, 500 kbit/s 100 m, 250 kbit/s 250 m, 125 kbit/s 500 m, and 15 m less for each opto-coupler (75 ns)
-between two nodes. At 5 ns/m that leaves, of the half bit up to the usual sample point that a level may take one way,
-a share of the bit time for what it calls hardware delay; that share is what the nodes here add to the cable.
+between two nodes. A level may take half the time up to the default sample point one way. At 5 ns/m the cable uses a
+part of it; the rest is what the manual calls hardware delay, which the nodes here add to the cable.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from canwire.values.timing.bit_timing import BitTiming
 
 PS_PER_METRE = 5_000
 _LONGEST_M, _MOST_DELAY_NS = 10_000, 100_000
-# bit time in ps, longest cable in m, usual sample point: what remains of sample / 2 is the hardware's
+# bit time in ps, longest cable in m, default sample point: the rest of sample / 2 is the hardware's delay
 _TABLE = (
     (1_000_000, 25, 0.75),
     (1_250_000, 50, 0.80),
@@ -29,7 +29,7 @@ _SLOWEST_PS = _TABLE[-1][0]
 
 
 def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -> int:
-    """The delay from one node's output to another's input: cable, both nodes' extra delays, and the usual hardware's.
+    """The delay from one node's output to another's input: cable, both nodes' extra delays, and the default hardware's.
 
     0 for an ideal bus, without length or delay. Raises BadValue beyond 10 km, or 100 us for each node.
     """
@@ -43,19 +43,19 @@ def one_way_delay_ps(timing: BitTiming, length_m: float, node_delay_ns: float) -
 
 
 def delay_of(bus: object) -> int:
-    """How late a level of a CAN bus arrives, in ps; 0 for an ideal bus, and for one that is not ours."""
+    """How late a level arrives on a bus, in ps; 0 for an ideal CAN bus, and for any other object."""
     return bus.delay_ps if isinstance(bus, CanBus) else 0
 
 
 def effective_length_m(length_m: float, node_delay_ns: float) -> float:
-    """Length of the cable as the level sees it: 15 m more for each opto-coupler (75 ns) between two nodes."""
+    """The effective length of the cable: 15 m more for each opto-coupler (75 ns) between two nodes."""
     return length_m + 2 * node_delay_ns * 1000 / PS_PER_METRE
 
 
 def longest_m(bit_rate: int) -> float:
     """Longest cable for a bit rate in bit/s by the manual's table, couplers included.
 
-    Between its rows and below 125 kbit/s in proportion to the bit time.
+    Between the rows of the table it is interpolated, below 125 kbit/s it is proportional to the bit time.
     """
     bit_ps = 1_000_000_000_000 / bit_rate
     if bit_ps >= _SLOWEST_PS:

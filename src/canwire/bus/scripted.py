@@ -1,4 +1,4 @@
-"""A scripted disturbance: how often it has struck, how often it still will, and its end."""
+"""A scripted disturbance: how often it has struck, how often it still will, and how it ends."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Scripted:
             self.listener()
 
     def cancel(self) -> None:
-        """It strikes no more; a second time does nothing."""
+        """End the disturbance; a second call does nothing."""
         if self.cancelled:
             return
         self.cancelled, self.times = True, 0

@@ -47,21 +47,21 @@ class Confinement:
         return self._settle()
 
     def transmitted(self) -> bool:
-        """A frame went through (rule 7); True if the state changed."""
+        """Count a transmitted frame (rule 7); True if the state changed."""
         if self.tec == 0 or self.state == _BUS_OFF:
             return False
         self.tec -= 1
         return self._settle()
 
     def received(self) -> bool:
-        """A frame was received without error (rule 8); True if the state changed."""
+        """Count a frame received without error (rule 8); True if the state changed."""
         if self.rec == 0 or self.state == _BUS_OFF:
             return False
         self.rec = self.rec - 1 if self.rec < _PASSIVE_LIMIT else _REC_AFTER_PASSIVE
         return self._settle()
 
     def reset(self) -> None:
-        """Both counters to 0, error active: after reset, and after recovery from bus-off (rule 12)."""
+        """Set both counters to 0, error active: after reset, and after recovery from bus-off (rule 12)."""
         self.tec = self.rec = 0
         self.state = _ACTIVE
 

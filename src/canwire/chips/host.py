@@ -9,21 +9,21 @@ class Host:
     """Receives a controller's calls in the order of bus time. A `box` is valid until the call returns."""
 
     def received(self, box: Mailbox, at_ns: int) -> None:
-        """A frame arrived."""
+        """Called when a frame arrived."""
         raise NotImplementedError
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in `box` went through; the mailbox is free again once this returns."""
+        """Called when the frame in `box` was transmitted; the mailbox is free again once this returns."""
         raise NotImplementedError
 
     def aborted(self, box: Mailbox, at_ns: int) -> None:
-        """The frame in `box` was aborted; the mailbox is free again once this returns."""
+        """Called when the frame in `box` was aborted; the mailbox is free again once this returns."""
         raise NotImplementedError
 
     def fill(self, at_ns: int) -> None:
-        """A mailbox is free: load the next queued frame."""
+        """Load the next queued frame: a mailbox is free."""
         raise NotImplementedError
 
     def event(self, kind: int, error: int, bit: int, transmitting: bool, at_ns: int, code: int) -> None:
-        """An EventKind happened; for errors with their ErrorKind, and the chip's own `code` for them (0: none)."""
+        """Called at an EventKind; for errors with their ErrorKind, and the chip's own `code` for them (0: none)."""
         raise NotImplementedError

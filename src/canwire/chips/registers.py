@@ -16,7 +16,7 @@ from canwire.errors import BadValue
 
 
 class Access(IntFlag):
-    """What a register allows in one operating mode of its chip; NONE: it is not there."""
+    """The accesses that a register permits in one operating mode of its chip; NONE: it does not exist there."""
 
     NONE = 0
     READ = 1
@@ -25,7 +25,7 @@ class Access(IntFlag):
 
 
 class RegisterAccess(Protocol):
-    """A chip's registers, wherever they are; addresses are the chip's own, values 0..255."""
+    """Access to a chip's registers; addresses are the chip's own, values 0..255."""
 
     def read(self, address: int) -> int: ...
     def write(self, address: int, value: int) -> None: ...
@@ -105,12 +105,12 @@ class RegisterFile:
         return found
 
     def at(self, address: int, resetting: bool, access: Access = Access.READ) -> Register | None:
-        """What is read (or written) at an address in one mode; None where nothing is."""
+        """The register that is read (or written) at an address in one mode; None if there is none."""
         for register in self.registers:
             if register.address == address and register.access(resetting) & access:
                 return register
         return None
 
     def readable(self, resetting: bool) -> tuple[Register, ...]:
-        """All that can be read in one mode, in data-sheet order."""
+        """All registers that can be read in one mode, in data-sheet order."""
         return tuple(register for register in self.registers if register.access(resetting) & Access.READ)

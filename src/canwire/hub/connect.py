@@ -91,7 +91,7 @@ def _connected(
 
 
 def _usually_timed() -> bool:
-    """What CANWIRE_TIMED says; raises BadValue for more than 1 or 0."""
+    """Whether CANWIRE_TIMED is 1; raises BadValue for other values than 1, 0 and ""."""
     said = os.environ.get("CANWIRE_TIMED", "")
     if said not in ("", "0", "1"):
         raise BadValue(f"CANWIRE_TIMED={said!r}: 1 to keep one time with other programs, 0 or nothing else")

@@ -17,7 +17,7 @@ class Tap(Protocol):
     """A socket that also receives the frames passed to a line for sending."""
 
     def going(self, interface: Interface, frames: Array) -> None:
-        """These frames (`sent_dtype`) were passed to the line: copy those that are kept."""
+        """Copy the frames that are kept of these (`sent_dtype`), which were passed to the line."""
 
 
 class Listener(Protocol):

@@ -41,14 +41,14 @@ _UNTIL, _TIMER = struct.Struct("<q"), struct.Struct("<qq")
 
 
 def _times(layout: struct.Struct, request: Request) -> tuple[int, ...]:
-    """Of a request's data; raises OSError where they are none."""
+    """The times in a request's data; raises OSError if its size is wrong."""
     if len(request.data) != layout.size:
         raise refuse(errno.EINVAL)
     return layout.unpack(request.data)
 
 
 class Left(NamedTuple):
-    """What is still to be sent after the programs have ended."""
+    """The amount that is still to be sent after the programs have ended."""
 
     pending: int
     sockets: int
@@ -201,7 +201,7 @@ class Server:
             self._answer_in_time(self._turns, request, asked)
 
     def _answer_in_time(self, turns: TimedWaiter, request: Request, asked: Asked) -> None:
-        """Where programs keep one time: who asks runs, until it waits or its answer comes later."""
+        """Answer where programs share one time: a program that asks runs until it waits or its answer comes later."""
         if request.operation == Operation.LEAVE_TIME:
             turns.leaves(request)
             asked.answer(0)

@@ -69,7 +69,7 @@ class Table:
         self._free = list(range(MOST_SLOTS - 1, -1, -1))
 
     def keep_time(self, epoch_ns: int) -> None:
-        """From now on the programs' time is that of `set_time`."""
+        """Use the time of `set_time` as the programs' time from now on."""
         _WORD.pack_into(self._memory, _TIMED_AT, 1)
         _LONG.pack_into(self._memory, _EPOCH_AT, epoch_ns)
 

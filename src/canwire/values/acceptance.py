@@ -92,7 +92,7 @@ class Acceptance:
 
     @classmethod
     def everything(cls) -> Acceptance:
-        """Every frame passes."""
+        """A filter that accepts every frame."""
         return cls(((0, 0),))
 
     @classmethod
@@ -128,7 +128,7 @@ class Acceptance:
 
 
 def checked(name: str, value: object, bits: int) -> int:
-    """The value, a whole number of so many bits; raises BadFilter with its name otherwise."""
+    """Return the value if it is a whole number of `bits` bits; raises BadFilter with its name otherwise."""
     if not isinstance(value, int) or value < 0 or value >> bits:
         shown = f"{value:#x}" if isinstance(value, int) else repr(value)
         raise BadFilter(f"{name} {shown}: a whole number of {bits} bits")

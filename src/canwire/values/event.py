@@ -38,7 +38,7 @@ class EventKind(NamedInt):
 
 
 class InfoCode(NamedInt):
-    """What happened to a line: VCI's CAN_INFO_ values."""
+    """What happened to a line; the numbers are VCI's CAN_INFO_ values."""
 
     STARTED = 1
     STOPPED = 2
@@ -46,7 +46,7 @@ class InfoCode(NamedInt):
 
 
 class ErrorKind(NamedInt):
-    """What was wrong with a frame: VCI's CAN_ERROR_ values."""
+    """What was wrong with a frame; the numbers are VCI's CAN_ERROR_ values."""
 
     NONE = 0
     STUFF = 1

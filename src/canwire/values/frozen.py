@@ -134,7 +134,7 @@ _ASKED_FOR: dict[str, dict[str, bool]] = {
 
 
 def _twins(cls: type, name: str, defaults: dict[str, Any], options: dict[str, bool]) -> Any:
-    """What `dataclasses` gives that attribute in a class with these fields."""
+    """The functions that `dataclasses` generates under this attribute for a class with these fields."""
     from dataclasses import dataclass
 
     like = {"__module__": cls.__module__, "__doc__": "_", "__annotations__": cls.__annotations__}

@@ -35,14 +35,14 @@ def checked_base(base: int) -> int:
 
 
 def checked_port(port: int) -> int:
-    """The port, if the processor has it; raises BadValue."""
+    """Return the port if the processor has it; raises BadValue."""
     if not 0 <= port < _SPACE:
         raise BadValue(f"port {port:#x}: 0 to 0xFFFF")
     return port
 
 
 def checked_byte(value: int, port: int) -> int:
-    """The value, if it goes through that port; raises BadValue."""
+    """Return the value if it is a byte; raises BadValue with the port."""
     if not 0 <= value <= 0xFF:
         raise BadValue(f"value {value:#x} for port {port_text(port)}: 0 to 0xFF")
     return value

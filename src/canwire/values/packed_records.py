@@ -90,7 +90,7 @@ def _unit(words: _mem.Words, count: int) -> int:
 
 
 def _apart(stamp: int, before: int) -> int:
-    """The difference without its sign, as the wrapping counter has it."""
+    """The distance between two stamps of a counter that wraps, without its sign."""
     apart = (stamp - before) & _M64
     return (before - stamp) & _M64 if apart & _TOP else apart
 
@@ -188,7 +188,7 @@ def _get_record(
 
 
 def _implied(info: int, code: int) -> int:
-    """How many data bytes the code means."""
+    """The number of data bytes that the length code means."""
     return _LENGTHS[code] if info & _FD else min(code, _MOST_CLASSIC)
 
 

@@ -7,7 +7,7 @@ from canwire.values.frozen import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RegisterValue:
-    """One register of a chip as it is now; `text` describes its bits."""
+    """The present value of one register of a chip; `text` describes its bits."""
 
     name: str
     address: int

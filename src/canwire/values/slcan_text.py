@@ -84,7 +84,7 @@ class SlcanReader:
         return text[start : end if end - start <= _LONGEST else start + _LONGEST + 1]
 
     def _frame(self, text: bytes, start: int, end: int) -> Frame | None:
-        """The frame between these places; None if there is none."""
+        """The frame between these two positions; None if there is none."""
         if start == end:
             return None
         info = self._kind(text[start])
@@ -176,7 +176,7 @@ def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
 
 
 def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:
-    """The frame in a line without its CR; None if it holds none."""
+    """The frame in a line without its CR; None if the line has none."""
     text = octets("line", line)
     return SlcanReader(fd=fd)._frame(text, 0, len(text))
 

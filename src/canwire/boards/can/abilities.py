@@ -18,7 +18,9 @@ _NO_FRAMES = FilterSetup(FilterMode.LOCK, 0)
 
 
 def check_mode(name: str, info: LineInfo, mode: LineMode) -> None:
-    """Raise Unsupported with the name of a feature that the board lacks (X4-15), or another error for a wrong mode."""
+    """Raise Unsupported with the name of a feature that the board lacks (X4-15), or another error for an invalid
+    mode.
+    """
     _check_features(
         name,
         info,
@@ -51,7 +53,7 @@ def check_search(
     iso_fd: bool,
     low_speed: bool,
 ) -> None:
-    """Raise for a search for the bit rate that the board does not support."""
+    """Raise an error for a search for the bit rate that the board does not support."""
     _check_features(
         name,
         info,
@@ -68,14 +70,16 @@ def check_search(
 
 
 def filter_of(mode: LineMode) -> MessageFilter:
-    """The filter as after an initialisation; raises BadFilter."""
+    """The message filter of a line that was initialised with this mode; raises BadFilter."""
     standard = _effective(mode.standard_filter) if mode.standard else _NO_FRAMES
     extended = _effective(mode.extended_filter) if mode.extended else _NO_FRAMES
     return message_filter(standard.mode, standard.size, extended.mode, extended.size)
 
 
 def _effective(setup: FilterSetup) -> FilterSetup:
-    """Without room for identifiers there is no filter, whatever its mode (VCI V4 manual 7.3.7, dwSFIds)."""
+    """The setup that is in effect: a filter without room for identifiers passes all frames (VCI V4 manual 7.3.7,
+    dwSFIds).
+    """
     return setup if setup.size else FilterSetup(FilterMode.PASS, 0)
 
 

@@ -1,4 +1,4 @@
-"""Frames of all channels of a line that wait for it by priority."""
+"""The frames of all prioritised channels of a line, which wait for the line in the order of their priorities."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROOM = 256  # frames of one channel
 
 
 class Backlog:
-    """One queue for all prioritised channels of a line: the lowest priority number first, in order within one."""
+    """One queue for all prioritised channels of a line: the lowest priority number first, equal ones in order."""
 
     def __init__(self) -> None:
         self._heap: list[tuple[int, int, bytes, Channel]] = []
@@ -27,13 +27,13 @@ class Backlog:
         return ROOM - self._waiting.get(channel, 0)
 
     def push(self, priority: int, record: bytes, channel: Channel) -> None:
-        """`priority` 0..255; the record is the frame's 80 bytes."""
+        """Add a frame: `priority` is 0..255, the record has 80 bytes."""
         self._count += 1
         self._waiting[channel] = self._waiting.get(channel, 0) + 1
         heappush(self._heap, (priority, self._count, record, channel))
 
     def front(self) -> tuple[bytes, Channel]:
-        """The frame that goes next, and the channel that sent it."""
+        """The frame that is sent next, and its channel."""
         _, _, record, channel = self._heap[0]
         return record, channel
 
@@ -42,7 +42,7 @@ class Backlog:
         self._waiting[channel] -= 1
 
     def drop(self, channel: Channel) -> int:
-        """Forget this channel's frames; returns how many there were."""
+        """Discard this channel's frames; returns how many there were."""
         count = self._waiting.pop(channel, 0)
         if count:
             self._heap = [entry for entry in self._heap if entry[3] is not channel]

@@ -9,9 +9,9 @@ _SHUT = 1 << 31  # a pattern's bit that no frame has
 
 
 def bounds(found: FormatFilter) -> tuple[int, int] | None:
-    """(code, mask): all frames that pass agree with code wherever mask has a bit, as id << 1 | remote; None: none pass.
+    """(code, mask) of a pattern, in the form id << 1 | remote, that all passing frames match; None: no frame passes.
 
-    Others may agree as well.
+    A mask bit of 1 compares. Other frames may match the pattern as well.
     """
     if found.mode == FilterMode.LOCK:
         return None

@@ -1,7 +1,7 @@
-"""One client's queues on a line: filters, receive ring, transmit ring, and honest counters.
+"""The queues of one client on a line: filters, receive ring, transmit ring, and exact counters.
 
 At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `refused` + `pending()`.
-`lost` are frames and events that found the receive ring full.
+`lost` are frames and events that came when the receive ring was full.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _ALWAYS = ALWAYS
 _ACCEPTED = ALWAYS << 24
 _M32 = 0xFFFFFFFF
 _OWN_FILTERED, _ALL, _OWN, _AS_BUS, _EVERY, _OTHERS, _OTHERS_AND_OWN = (int(kind) for kind in Siblings)
-# what of a frame's id/info word is the frame itself: identifier, format, DLC; requests of the sender are not
+# the part of an id/info word that is the frame: identifier, format, DLC; without the sender's requests
 _FRAME_BITS = 0x1FFFFFFF | (1 << 10 | 1 << 11 | 1 << 12 | 0xF << 16 | 1 << 22 | 1 << 23) << 32
 
 # values/acceptance.py's key
@@ -57,15 +57,13 @@ class Channel(Sink):
 
     `receive` and `transmit` are rings of records; a transmit record's time word is the delay in ns after
     the frame that this channel sent before. A transmit capacity of 0 makes a channel that only receives.
-    `frames` and `events` (EventKinds) say what the channel wants to receive, `siblings` which frames that its
-    own line sends. With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at
-    `origin_ns`.
-
-    `allowed` are the info bits of a frame that its sender may set: of the frame itself, and requests.
+    `frames` and `events` (EventKinds) say what the channel receives, `siblings` which frames that its own line sends.
+    With `tick_ns` records are stamped with 32 bits of a counter of such ticks that began at `origin_ns`.
+    `allowed` are the info bits that a sender may set: of the frame itself, and requests.
     Frames of a `prioritised` channel wait for the line in the order of their priorities, which are in the high half
-    of their time words. The transmit ring of an `untrusted` channel is written by another process: its line
-    checks each record, takes its time word for `delay_tick_ns` ticks (at most `longest_delay`), and counts
-    `refused` ones. What a channel sends that `stands_for` another one is that one's own.
+    of their time words. Another process writes the transmit ring of an `untrusted` channel: the line checks each
+    record, reads its time word as `delay_tick_ns` ticks (at most `longest_delay`), and counts `refused` ones.
+    Frames sent by a channel that `stands_for` another one count as frames of that other channel.
     Programs of its interface, `kin`, set `line_filter`, `hears_errors`, and what it may send (hearing.py).
     """
 
@@ -130,11 +128,11 @@ class Channel(Sink):
         self._by_head = not by_key and not listed
 
     def pending(self) -> int:
-        """Frames sent that wait for the bus, those in the controller included."""
+        """The number of sent frames that wait for the bus, those in the controller included."""
         return self.in_flight + self.transmit.fill()
 
     def gated(self) -> bool:
-        """True if frames from the bus pass another filter before the channel's own: they come through `arrive`."""
+        """Whether frames from the bus pass another filter before the channel's own: they come through `arrive`."""
         return self.line_filter is not None or (self.filter is not None and not self._open)
 
     def arrive(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
@@ -176,11 +174,11 @@ class Channel(Sink):
             self.deliver(box, at_ns, 0)
 
     def return_own(self, box: Mailbox, at_ns: int) -> None:
-        """A sent frame with self-reception requested; it bypasses the filter and is marked."""
+        """Deliver a frame of this channel that requested self-reception; it bypasses the filter and is marked."""
         self._take(box, at_ns, box.words[1], _SELF_RECEPTION | _ACCEPTED)
 
     def deliver_event(self, record: bytes, stamped: bool = True) -> None:
-        """An event's record; filters do not apply. Without `stamped` its time stays as it is."""
+        """Deliver an event's record; filters do not apply. Without `stamped` its time does not change."""
         block = bytearray(record)
         words = _mem.words_of(block)
         self.accepted += 1
@@ -239,7 +237,7 @@ class Channel(Sink):
         self._outcomes[high_priority].append(outcome)
 
     def tell_outcome(self, box: Mailbox, delivered: bool, at_ns: int) -> None:
-        """Frames of one priority leave in the order in which they were sent."""
+        """Call the oldest outcome that waits; frames of one priority leave in the order in which they were sent."""
         waiting = self._outcomes[box.words[1] >> 32 & _HIGH_PRIORITY != 0]
         if waiting:
             waiting.popleft()(delivered, at_ns)
@@ -277,7 +275,7 @@ class Channel(Sink):
 
 
 class Splitter(Sink):
-    """One copy for every channel."""
+    """Copies each frame to every channel."""
 
     def __init__(self) -> None:
         self.channels: list[Channel] = []
@@ -286,7 +284,7 @@ class Splitter(Sink):
         self._deliver(box, at_ns, flags, False)
 
     def loop_back(self, box: Mailbox, at_ns: int) -> None:
-        """A frame that comes from the line itself and not from the bus."""
+        """Deliver a frame that comes from the line itself and not from the bus."""
         self._deliver(box, at_ns, 0, True)
 
     def _deliver(self, box: Mailbox, at_ns: int, flags: int, looped: bool) -> None:
@@ -295,6 +293,6 @@ class Splitter(Sink):
 
 
 def _head_of(key: int) -> int:
-    """What of a key, or a mask over it, is in a record's id/info word, where that has it."""
+    """The part of a key, or of a mask over it, that is in a record's id/info word, in the positions of that word."""
     info = (_EXTENDED if key & KEY_EXTENDED else 0) | (_REMOTE if key & KEY_REMOTE else 0)
     return key >> KEY_ID_SHIFT & 0x1FFFFFFF | info << 32

@@ -1,4 +1,4 @@
-"""One CAN connector as its clients see it: set up, started and stopped, with filters towards its channels."""
+"""One CAN connector as its clients see it: initialised, started and stopped, with the filters of its channels."""
 
 from __future__ import annotations
 
@@ -70,11 +70,11 @@ class CanLine:
 
     @property
     def coupling_fault(self) -> bool:
-        """The fault-tolerant transceiver reports a fault of its wires."""
+        """Whether the fault-tolerant transceiver reports a fault of its wires."""
         return self.mode is not None and self.mode.low_speed and is_shorted(self.bus)
 
     def coupling_changed(self) -> None:
-        """The wires of its bus were shorted, or are sound again: a transceiver that can tell does."""
+        """Report that the wires of its bus were shorted or repaired, if its transceiver can detect that."""
         if self.running and self.mode is not None and self.mode.low_speed:
             self.line.tell(self.line.happening(EventKind.STATE, self.line.timeline.now_ns))
 
@@ -83,9 +83,9 @@ class CanLine:
         return load_of(self.bus, self.line.timeline.now_ns)
 
     def initialise(self, mode: LineMode, done: Done) -> None:
-        """Reset and set up; `done(0)` is called immediately, or when the bit rate has been found.
+        """Reset the line and set it up; `done(0)` is called immediately, or when the bit rate has been found.
 
-        Raises for an impossible mode; then nothing has changed.
+        Raises an error for an impossible mode; then nothing has changed.
         """
         check_mode(self.line.name, self.info, mode)
         if mode.timing is not None:
@@ -111,7 +111,7 @@ class CanLine:
         self.detect(candidates, mode.timeout_ms, mode.iso_fd, found)
 
     def start(self) -> None:
-        """Take part in the bus; nothing changes if it does. Raises NotInitialised."""
+        """Start to take part in the bus; does nothing if the line runs already. Raises NotInitialised."""
         if self.mode is None:
             raise NotInitialised(f"{self.line.name}: initialise the line before it is started")
         if self.running:
@@ -127,7 +127,7 @@ class CanLine:
         self.line.driver.start(now_ns)
 
     def _accept(self) -> None:
-        """Tell the controller which frames nobody wants, where all programs are of one kin."""
+        """Set the hardware filter to frames that a program wants, if all programs are of one kin; else accept all."""
         kin = self.line.kin
         chosen = self._hearings[kin].filter if kin in self._hearings else None
         self._narrow = chosen is not None and all(channel.kin == kin for channel in self.line.channels())
@@ -137,7 +137,9 @@ class CanLine:
             self.line.driver.accept((0, 0), (0, 0))
 
     def welcome(self, channel: Channel) -> None:
-        """Called before a channel is opened on the line: the controller stops holding frames for others."""
+        """Prepare the line for another channel: the controller no longer filters out frames that the channel may
+        want.
+        """
         if not channel.frames or channel.kin == self.line.kin:
             return
         if self._narrow:
@@ -147,7 +149,9 @@ class CanLine:
             self._open_registers()
 
     def _open_registers(self) -> None:
-        """Have the controller accept everything: in between frames if it runs, since it leaves the bus for that."""
+        """Let the controller accept all frames; a running one leaves the bus for that, so wait for the end of a
+        frame.
+        """
         mode = self.mode
         if mode is None or mode.timing is None or not self._own_registers:
             return
@@ -159,7 +163,7 @@ class CanLine:
         self.line.driver.configure(self._settings(mode, mode.timing))
 
     def when_quiet(self, call: Callable[[], None]) -> None:
-        """Call as soon as this line has no frame on the wire, perhaps immediately; it begins no frame until then."""
+        """Call `call` once this line has no frame on the wire, perhaps immediately; it begins no frame until then."""
         if self.running and self.mode is not None and self.line.driver.on_wire():
             self.line.holding = True
             later_ns = _LOOK_AGAIN_BITS * self._bit_ps // 1000
@@ -170,7 +174,7 @@ class CanLine:
         self.line.kick()
 
     def annotate(self, note: bytes, kin: str = "") -> None:
-        """Replace this kin's note and report a change; the controller is not touched. Raises NotInitialised."""
+        """Replace this kin's note and report a change; the controller does not change. Raises NotInitialised."""
         if self.mode is None:
             raise NotInitialised(f"{self.line.name}: initialise the line before it is given a note")
         own = self._hearings.get(kin) or unasked(self.info)
@@ -202,13 +206,13 @@ class CanLine:
         self._stop_when_quiet()
 
     def _begin_anew(self) -> None:
-        """Reset the line; the other programs on a line that was set up receive an event."""
+        """Reset the line; if it was set up, the other programs on it receive an event."""
         if self.mode is not None:
             self._tell_leaving(InfoCode.RESET)
         self._clear()
 
     def recover(self, done: Done, *, abort_pending: bool = False) -> None:
-        """After bus-off: leave the bus and join it again with clean counters. Otherwise nothing happens."""
+        """After bus-off, leave the bus and join it again with cleared counters; in any other state do nothing."""
         if self.line.driver.counters().state != ErrorState.BUS_OFF or not self.running:
             done(0)
             return
@@ -222,9 +226,9 @@ class CanLine:
         self._leave(stopped)
 
     def reset(self, kin: str = "") -> None:
-        """Leave the bus, even in the middle of a bit, and forget the settings; channels' queues keep their content.
+        """Leave the bus, even in the middle of a bit, and discard the settings; channels' queues keep their content.
 
-        Filters of this kin have the modes of `initialise` again, to be looked at (source: VCI V4 manual 5.2.4;
+        The filters of this kin return to the modes of `initialise`, which can be read (source: VCI V4 manual 5.2.4;
         rulings 4); the settings of programs of other kins stay.
         """
         if (own := self._hearings.get(kin)) is not None and own.filter is not None:
@@ -237,27 +241,27 @@ class CanLine:
             self._tell_changed(InfoCode.RESET)
 
     def abandon(self) -> None:
-        """No program has anything open on the line any more: return to the state after plugging in."""
+        """Return to the state after plugging in, when no program has anything open on the line any more."""
         self.reset()
         for kin in list(self._hearings):
             self._forget(kin)
         self._after_reset.clear()
 
     def release(self, present: set[str]) -> None:
-        """Remove the settings of all kins but these, whose programs still have something open, unless they are kept."""
+        """Remove the settings of all kins without open programs, that is, not in `present`, unless they are kept."""
         for kin, own in list(self._hearings.items()):
             if kin and kin not in present and not own.mode.keeps:
                 self._forget(kin)
                 self._after_reset.pop(kin, None)
 
     def seen_by(self, kin: str) -> LineMode | None:
-        """How the line is set up, with formats, error reports, filters and note as programs of this kin set them."""
+        """The mode of the line, with formats, error reports, filters and note as programs of this kin set them."""
         if self.mode is None:
             return None
         return (self._hearings.get(kin) or unasked(self.info)).seen(self.mode)
 
     def in_effect(self, kin: str) -> LineMode | None:
-        """The same with the controller's options as they are, those of canwire.toml among them."""
+        """The same as `seen_by`, with the controller's options that are in effect, those of canwire.toml included."""
         mode = self.seen_by(kin)
         if mode is None or (options := self._options_of(mode)) == (mode.options or USUAL):
             return mode
@@ -272,10 +276,10 @@ class CanLine:
         *,
         low_speed: bool = False,
     ) -> None:
-        """Find which rate the bus speaks, only listening: `done` gets its place among the candidates, or NothingHeard.
+        """Find the bit rate of the bus, only listening: `done` gets its index in the candidates, or NothingHeard.
 
-        With `low_speed` candidates that this coupling cannot have are passed over.
-        Raises WrongState while the line is running or looking already, and for what is impossible.
+        With `low_speed`, candidates that this coupling does not support are skipped.
+        Raises WrongState while the line runs or searches already, and errors for what is impossible.
         """
         if self.running or self._detection is not None:
             raise WrongState(f"{self.line.name}: stop the line before it looks for a bit rate")
@@ -322,7 +326,7 @@ class CanLine:
         return self.format_filter(extended, kin).mode
 
     def begin_stamps(self, now_ns: int) -> None:
-        """The time-stamp counter starts at 0 with the first start after a reset."""
+        """Start the time-stamp counter at 0, at the first start after a reset."""
         self.origin_ns = now_ns
         for channel in self.line.channels():
             channel.origin_ns = now_ns
@@ -330,7 +334,7 @@ class CanLine:
         self._await_overrun()
 
     def close(self, why: CanwireError) -> None:
-        """The board was unplugged: every pending call ends."""
+        """End every pending call with `why`: the board was unplugged."""
         if self._detection is not None:
             self._detection.cancel(why)
         self._clear()
@@ -358,11 +362,11 @@ class CanLine:
             self.line.hear(kin, unasked(self.info))
 
     def _tell_changed(self, code: int = 0) -> None:
-        """The line was set up again, or by an InfoCode: taken off its bus, put back on as it was, or reset."""
+        """Report that the line was set up again, or was stopped, started again or reset, by the InfoCode."""
         self.line.tell(self.line.happening(EventKind.CHANGED, self.line.timeline.now_ns, code))
 
     def _clear(self) -> None:
-        """Off the bus at this moment, with empty mailboxes and without settings."""
+        """Leave the bus at this moment, empty the mailboxes and discard the settings."""
         line, now_ns = self.line, self.line.timeline.now_ns
         if self._detection is not None:
             self._detection.cancel()
@@ -404,7 +408,9 @@ class CanLine:
         self._await_overrun()
 
     def _tell_leaving(self, code: InfoCode) -> None:
-        """Why it stops, with how it is then: the vendor's boards say so before they tell the state itself."""
+        """Report why the line stops, with its state after that: real boards do so before they report the state
+        itself.
+        """
         told = self._info(code, 0)
         pending = told.pending and code == InfoCode.STOPPED  # a reset empties the mailboxes
         self.line.tell(replace(told, state=ErrorState.STOPPED, pending=pending), False)
@@ -425,10 +431,10 @@ class CanLine:
         )
 
     def _options_of(self, mode: LineMode) -> ControllerOptions:
-        """Those that a program asked for, with what is a fact of the board."""
+        """The options that a program set, combined with those that the board determines."""
         return self._options if mode.options is None else mode.options.on_board(self._options)
 
 
 def _in_time(timing: BitTiming) -> tuple[int, int]:
-    """What matters of a timing, by whichever clock; a chip's driver may have made SJW shorter."""
+    """The parts of a timing that matter with any clock; a chip's driver may have made SJW shorter."""
     return timing.bit_time_ps, timing.sample_time_ps

@@ -1,4 +1,4 @@
-"""A controller's oscillator, which a fault may have run slow or fast, from one moment to the next."""
+"""The oscillator of a controller; a fault may make it slow or fast at any moment."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Crystal:
         self._apply(node)
 
     def configured(self, node: Any) -> None:
-        """The controller has new bit times; those of an ideal controller are exact at this point."""
+        """Apply the faults to new bit times of the controller; those of an ideal controller are exact at this point."""
         if self._factors and not _is_chip(node):
             self._applied, self._false = 1.0, []
             self._apply(node)
@@ -79,5 +79,5 @@ def _is_chip(node: Any) -> bool:
 
 
 def _names(node: Any) -> tuple[str, ...]:
-    """What its oscillator times; chips know classic CAN only."""
+    """The attributes of the node that its oscillator determines; chips know classic CAN only."""
     return _CLASSIC if _is_chip(node) else _FD

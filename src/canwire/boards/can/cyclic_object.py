@@ -16,7 +16,7 @@ _ID_AT, _DATA_AT = 8, 16  # in a record
 
 
 class Increment(NamedInt):
-    """What of a frame grows by one after each transmission; the numbers are CAN_CTXMSG_INC_*."""
+    """The part of a frame that grows by one after each transmission; the numbers are CAN_CTXMSG_INC_*."""
 
     NONE = 0
     ID = 1
@@ -25,7 +25,7 @@ class Increment(NamedInt):
 
 
 class CyclicState(NamedInt):
-    """The state of an index of the list; the numbers are CAN_CTXMSG_STAT_*."""
+    """The state of an entry of the list; the numbers are CAN_CTXMSG_STAT_*."""
 
     EMPTY = 0
     BUSY = 1
@@ -51,7 +51,7 @@ class CyclicObject:
 
 
 def growing(frame: Frame, increment: Increment, byte_index: int) -> tuple[int, int, int] | None:
-    """What of the frame's record grows; None for nothing. Raises BadValue."""
+    """The position of the part of the frame's record that grows; None if nothing grows. Raises BadValue."""
     if increment == Increment.NONE:
         return None
     if increment == Increment.ID:
@@ -68,7 +68,7 @@ def growing(frame: Frame, increment: Increment, byte_index: int) -> tuple[int, i
 
 
 def successor(frame: Frame, at: int, size: int, modulus: int) -> Frame:
-    """The frame with one more in a little-endian number of its record, which wraps to 0."""
+    """The frame after one transmission: a little-endian number in its record is increased by one, and wraps to 0."""
     record = bytearray(record_of_frame(frame))
     where = slice(at, at + size)
     value = (int.from_bytes(record[where], "little") + 1) % modulus

@@ -1,6 +1,6 @@
 """Finds the bit rate of a running bus: a separate listen-only node tries one candidate after the other.
 
-Source: VCI V4 manual 5.2.3 and 6.6.3, DetectBaud; it sends nothing and destroys nothing.
+Source: VCI V4 manual 5.2.3 and 6.6.3, DetectBaud; it sends nothing and disturbs no frame.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _QUEUE = 64
 
 
 class Detection:
-    """One search; `done` is called once, with the place of the rate or with NothingHeard.
+    """One search; `done` is called once, with the index of the rate or with NothingHeard.
 
-    A candidate is right when a whole frame comes in, wrong at the first error. Each gets `timeout_ms` of bus time;
-    a bus that stays silent for all of them raises NothingHeard.
+    A candidate is right when a whole frame comes, wrong at the first error. Each gets `timeout_ms` of bus time;
+    if the bus stays silent for all of them, the result is NothingHeard.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class Detection:
         self._next()
 
     def cancel(self, why: CanwireError | None = None) -> None:
-        """End the search; `done` is called with the error."""
+        """End the search; `done` is called with the error `why`, by default NothingHeard."""
         self._finish(why or NothingHeard(f"{self._name}: the search for a bit rate was ended"))
 
     def _next(self) -> None:
-        """Try the next candidate, or give up."""
+        """Try the next candidate, or end the search if there is none."""
         self._at += 1
         self._quiet()
         if self._at >= len(self._candidates):
@@ -76,7 +76,7 @@ class Detection:
         self._timer = self._timeline.at(now_ns + self._timeout_ns, self._next)
 
     def _listen(self) -> None:
-        """Something came in, in the middle of the bus's work: look at it when that is over."""
+        """Schedule `_look` for a record that came while the bus was working; it runs when that work is done."""
         self._timeline.at(self._timeline.now_ns, self._look)
 
     def _look(self) -> None:

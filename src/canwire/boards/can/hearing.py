@@ -1,7 +1,7 @@
 """What the programs of one interface receive on a line: the formats, error reports and filter that they set.
 
-A line has the rate and the mode on the bus that its controller needs. Everything else that a LineMode says belongs to
-the channels of its `kin`; a program of another kin that sets the line up again does not change it (rulings.md 45).
+A line has one rate and mode, those of its controller. Everything else in a LineMode belongs to the channels of its
+`kin`; a program of another kin that sets the line up again does not change it (rulings.md 45).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _CODES, _MASKS = ("ACR0", "ACR1", "ACR2", "ACR3"), ("AMR0", "AMR1", "AMR2", "AMR
 
 @dataclass(frozen=True, slots=True)
 class Hearing:
-    """`mode` is what a kin asked for last; `filter` None lets everything pass, as `acceptance` None does."""
+    """`mode` is what a kin set last; if `filter` or `acceptance` is None, all frames pass it."""
 
     mode: LineMode
     filter: MessageFilter | None = None
@@ -36,7 +36,7 @@ class Hearing:
         channel.set_acceptance(self.acceptance)
 
     def seen(self, mode: LineMode) -> LineMode:
-        """How the line is set up, `mode`, as this kin sees it."""
+        """The line's mode with the settings of this kin."""
         own = self.mode
         return replace(
             mode,
@@ -51,7 +51,7 @@ class Hearing:
 
 
 def hearing_of(mode: LineMode) -> Hearing:
-    """What the programs of this mode's kin receive on a line that was set up with it. Raises BadFilter."""
+    """What programs of this mode's kin receive on a line that was set up with it. Raises BadFilter."""
     registers = _acceptance_registers(mode)
     acceptance = None
     if mode.kin and registers:
@@ -61,14 +61,14 @@ def hearing_of(mode: LineMode) -> Hearing:
 
 
 def unasked(info: LineInfo) -> Hearing:
-    """What a kin receives that has set nothing on the line: everything that the board can report."""
+    """What programs of a kin receive that has set nothing on the line: everything that the board can report."""
     can = info.capabilities.can
     both = can(Feature.STANDARD_AND_EXTENDED)
     return Hearing(LineMode(None, extended=both, error_frames=can(Feature.ERROR_FRAMES)))
 
 
 def controllers_own(mode: LineMode) -> LineMode:
-    """What of a mode goes into the controller: acceptance registers of a kin hold for that kin alone."""
+    """The part of a mode for the controller: the acceptance registers of a kin apply to that kin alone."""
     own = _acceptance_registers(mode)
     if not mode.kin or not own:
         return mode

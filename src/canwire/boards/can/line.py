@@ -1,6 +1,6 @@
 """One connector with its controller, shared by any number of channels.
 
-Towards the bus the channels take turns; what comes from the bus is copied to every channel that wants it.
+Channels take turns to send; what comes from the bus is copied to every channel that wants it.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ class Line(Host):
     """Splitter between one controller and its channels; `controller` is the node on the bus.
 
     `long_data` and `fast_data` say which frames untrusted channels may send, and each channel which formats. A line
-    that is `holding` loads no more frames. It was set up by a program of the interface `kin`.
-    `coupling_fault` asks whether its transceiver reports a fault of the wires.
+    that is `holding` loads no more frames. A program of the interface `kin` set the line up.
+    `coupling_fault` returns whether its transceiver reports a fault of the wires.
     """
 
     def __init__(self, name: str, timeline: Timeline) -> None:
@@ -81,7 +81,7 @@ class Line(Host):
         self._backlog = Backlog()
 
     def connect(self, driver: Driver, controller: Node) -> None:
-        """Give the line its controller, and what drives that; before anything is opened on it."""
+        """Set the controller and its driver, before anything is opened on the line."""
         self.driver = driver
         self.controller = controller
         controller.validates_early = False  # of every kind of board a frame's stamp is its end
@@ -96,7 +96,7 @@ class Line(Host):
         return channel
 
     def close(self, channel: Channel) -> None:
-        """Take a channel off the line; its frames in the controller are still sent."""
+        """Remove a channel from the line; its frames in the controller are still sent."""
         self._all = [other for other in self._all if other is not channel]
         self._sort()
 
@@ -121,7 +121,7 @@ class Line(Host):
         self.kick()
 
     def check(self, frame: Frame, kin: str) -> None:
-        """Raise LineError for a frame that a program of this kin must not send on the line as it is set up."""
+        """Raise LineError for a frame that a program of this kin must not send with the line's settings."""
         own = self._hearings.get(kin)
         if own is not None and not (own.mode.extended if frame.extended else own.mode.standard):
             raise LineError(f"{self.name}: set up without {29 if frame.extended else 11}-bit identifiers")
@@ -166,25 +166,25 @@ class Line(Host):
         self._sort()
 
     def channels(self) -> list[Channel]:
-        """Those that are open on this line."""
+        """The channels that are open on this line."""
         return list(self._all)
 
     def tell(self, event: BusEvent, stamped: bool = True) -> None:
-        """Give an event of the line itself to every channel that wants its kind; without `stamped` as it is."""
+        """Deliver an event of the line to every channel that wants its kind; its time stays unless `stamped`."""
         record = event.to_record()
         for channel in self._observers:
             if event.kind in channel.events:
                 channel.deliver_event(record, stamped)
 
     def pending(self) -> bool:
-        """A frame waits in a mailbox, or is being sent."""
+        """Whether a frame waits in a mailbox, or is being sent."""
         for box in self.driver.boxes:
             if box.occupied:
                 return True
         return False
 
     def happening(self, kind: EventKind, at_ns: int, code: int = 0) -> BusEvent:
-        """An event of the line itself, with how its controller is now."""
+        """An event of the line itself, with the present state of its controller."""
         counters = self.driver.counters()
         return BusEvent(
             kind,
@@ -263,7 +263,7 @@ class Line(Host):
             self._loads += 1
 
     def _load_one(self, at_ns: int) -> bool:
-        """Load one frame of the first channel in turn whose next frame finds its mailbox free."""
+        """Load one frame, of the first channel in turn whose next frame has a free mailbox; True if one was loaded."""
         senders = self._senders
         count = len(senders)
         normal_taken = self.driver.normal.occupied and not self.driver.several
@@ -301,7 +301,7 @@ class Line(Host):
         return True
 
     def _load_untrusted(self, channel: Channel, at_ns: int) -> bool:
-        """The record is copied before it is checked: its program may still be writing."""
+        """Load an untrusted channel's frame; it is copied before the checks, as its program may still write."""
         ring = channel.transmit
         driver = self.driver
         if driver.full_for(channel) if driver.several else driver.normal.occupied and driver.high.occupied:
@@ -333,7 +333,7 @@ class Line(Host):
         return False
 
     def _drain(self, channel: Channel, at_ns: int) -> None:
-        """Move what a prioritised channel has queued to where it waits by priority."""
+        """Move the queued frames of a prioritised channel to the backlog, where they wait by priority."""
         ring = channel.transmit
         backlog = self._backlog
         words = self._scratch.words
@@ -376,7 +376,7 @@ class Line(Host):
         return True
 
     def _refuse(self, channel: Channel, at_ns: int) -> bool:
-        """Count a record that cannot be sent; False if its writer has to pause.
+        """Count a record that cannot be sent; False if its writer must pause.
 
         So a program that writes only invalid records, however fast, keeps no other program from the bus.
         """
@@ -393,7 +393,7 @@ class Line(Host):
         self.kick()
 
     def _admit(self, words: _mem.Words, channel: Channel) -> bool:
-        """Whether this line can send a record as it is, or else put right: only requests and the frame are left."""
+        """Whether this line can send a record, corrected if necessary: frame and allowed requests remain."""
         info = words[1] >> 32
         identifier = words[1] & _M32
         if info & 0xFF:
@@ -443,14 +443,14 @@ class Line(Host):
                 channel.deliver_event(record)
 
     def _tell_aborted(self, channel: Channel, at_ns: int) -> None:
-        """To the channel that asked about its frame, unless it hears of every frame given up."""
+        """Report an aborted frame to its channel, which requested that, unless the channel gets all ABORTED events."""
         if _ABORTED not in channel.events:
             counters = self.driver.counters()
             event = BusEvent(EventKind.ABORTED, at_ns, state=counters.state, transmitting=True)
             channel.deliver_event(event.to_record())
 
     def _due(self, channel: Channel, delay_ns: int, now_ns: int) -> bool:
-        """A delayed frame goes to the controller only when its time has come."""
+        """Whether a delayed frame is due; it is loaded into the controller only at its time."""
         if delay_ns == 0 or channel.last_sent_ns + delay_ns <= now_ns:
             return True
         if channel.in_flight > 0:
@@ -478,7 +478,7 @@ class Line(Host):
         self.driver.report(kinds, any(channel.frames for channel in strangers))
 
     def _take_turns(self, senders: list[Channel]) -> None:
-        """Who was served last waits longest; who is new waits for all others: coming and going gains no turn."""
+        """Put the senders in order: the one served last is last but for new ones, so reopening gains no turn."""
         before = self._senders[self._turn :] + self._senders[: self._turn]
         staying = [channel for channel in before if channel in senders]
         others = max(0, len(staying) - 1)

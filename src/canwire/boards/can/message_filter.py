@@ -1,6 +1,6 @@
-"""VCI's two-stage message filter: a bit pattern, then a list of identifiers, for 11-bit and 29-bit frames apart.
+"""VCI's two-stage message filter: a bit pattern, then a list of identifiers, separate for 11-bit and 29-bit frames.
 
-What is compared is id << 1 | remote. The verdict on a frame is VCI's acceptance code: 0 rejected, 1 by the
+It compares id << 1 | remote. The result for a frame is VCI's acceptance code: 0 rejected, 1 by the
 pattern, 2 by the list, 3 passed an excluding filter, 255 not filtered at all.
 Source: VCI V4 manual 5.2.4 and 7.3.14; reference/vci.md section 3 (CAN_ACCEPT_).
 """
@@ -23,7 +23,7 @@ LARGEST_LIST = 1 << 16  # identifiers; no client may fill the memory of its hub
 
 
 class FormatFilter:
-    """The filter for one frame format; `size` identifiers fit its list, each as data and as remote frame.
+    """The filter for one frame format; its list holds `size` identifiers, each as data and as remote frame.
 
     A new filter accepts every frame in every mode but LOCK: an inclusive one has an open pattern, an
     excluding one a shut pattern.
@@ -40,7 +40,7 @@ class FormatFilter:
         self.mask = 0 if mode != _EXCLUSIVE else _NEVER
 
     def judge(self, value: int) -> int:
-        """The acceptance code of a frame, whose id << 1 | remote this is."""
+        """The acceptance code of a frame; `value` is its id << 1 | remote."""
         if self.mode == _PASS:
             return _ALWAYS
         if self.mode == _LOCK:
@@ -55,11 +55,11 @@ class FormatFilter:
         return 0 if matched else _NOT_EXCLUDED
 
     def set_pattern(self, code: int, mask: int) -> None:
-        """Bits above the identifier do not count, but for bit 31: compared, it shuts the pattern."""
+        """Set the pattern. Bits above the identifier are ignored, except bit 31: compared, it shuts the pattern."""
         self.code, self.mask = self._significant(code, mask)
 
     def add(self, code: int, mask: int) -> None:
-        """Put everything that agrees with the pattern on the list; raises BadFilter if that is more than fits."""
+        """Add all values that match the pattern to the list; raises BadFilter if they do not fit."""
         code, mask = self._significant(code, mask)
         if self.size == 0:
             raise NotInitialised("this filter was set up without a list of identifiers")
@@ -79,7 +79,7 @@ class FormatFilter:
         self._take(listed)
 
     def remove(self, code: int, mask: int) -> None:
-        """Take everything that agrees with the pattern off the list."""
+        """Remove all values that match the pattern from the list."""
         code, mask = self._significant(code, mask)
         self._take({value for value in self.listed if (value ^ code) & mask})
 
@@ -106,7 +106,7 @@ class FormatFilter:
 
 
 class MessageFilter:
-    """Both formats' filters."""
+    """The filters of both frame formats."""
 
     def __init__(self, standard: FormatFilter, extended: FormatFilter) -> None:
         self.standard = standard
@@ -127,7 +127,10 @@ class MessageFilter:
 def message_filter(
     standard_mode: int, standard_size: int, extended_mode: int, extended_size: int
 ) -> MessageFilter:
-    """A filter that lets everything pass, but for mode 1, lock; sizes are those of the lists. Raises BadFilter."""
+    """A filter through which all frames pass, except in mode 1, lock; sizes are those of the lists.
+
+    Raises BadFilter.
+    """
     for mode in (standard_mode, extended_mode):
         if mode not in (_LOCK, _PASS, _INCLUSIVE, _EXCLUSIVE):
             raise BadFilter(f"filter mode {mode}: 1 lock, 2 pass, 3 inclusive, 4 exclusive")

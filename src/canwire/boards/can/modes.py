@@ -24,12 +24,12 @@ class FilterMode(NamedInt):
 class Siblings(NamedInt):
     """Which frames sent by its own line a channel gets back (source: VCI V4 manual 5.2.2, self-reception).
 
-    OWN_FILTERED: all with self-reception asked for, through the filter (the lab's). ALL: likewise, past the
-    filter, marked (ICanChannel). OWN: only its own, past the filter, marked (ICanChannel2). AS_BUS: its own
-    likewise, those of others through the filter and unmarked (ICanChannel2 with CAN_FILTER_SRRA).
-    EVERY: whatever the line sends, asked for or not, through the filter and marked (monitors).
-    OTHERS: as if each channel had a separate line: what others send, asked for or not, through the filter and
-    unmarked. OTHERS_AND_OWN: the same frames, and its own, marked.
+    OWN_FILTERED: all frames that request self-reception, through the filter (in the lab). ALL: the same frames, but
+    they bypass the filter and are marked (ICanChannel). OWN: only the channel's own frames of these, which bypass the
+    filter and are marked (ICanChannel2). AS_BUS: as OWN, and frames of other channels through the filter and unmarked
+    (ICanChannel2 with CAN_FILTER_SRRA). EVERY: all frames that the line sends, requested or not, through the filter and
+    marked (monitors). OTHERS: as if each channel had a separate line: all frames that other channels send, through the
+    filter and unmarked. OTHERS_AND_OWN: the same frames, and the channel's own, marked.
     """
 
     OWN_FILTERED = 0
@@ -51,7 +51,8 @@ class FilterSetup:
 
 @dataclass(frozen=True, slots=True)
 class FilterContent:
-    """All of one frame format's filter: its mode, its pattern, and the patterns whose identifiers are on the list.
+    """The content of one frame format's filter: its mode, its pattern, and the patterns whose identifiers are on the
+    list.
 
     Code and mask are VCI's: id << 1 | remote, a mask bit of 1 compares.
     """
@@ -65,15 +66,15 @@ class FilterContent:
 class LineMode:
     """How a line is initialised.
 
-    `timing` None asks the line to find its bit rate on the running bus (`timeout_ms` of silence at most).
-    `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; neither makes a classic line.
+    With `timing` None the line finds its bit rate on the running bus (`timeout_ms` of silence at most).
+    `data_timing` set allows the bit-rate switch, `long_data` more than 8 bytes; without both it is a classic line.
     `registers` are values for registers of the line's chip that nothing else here sets, by their data-sheet names.
     With `loop_back` the controller receives only its own frames. A line without users is reset; one that `keeps`
     leaves the bus and stays set up, one that is `persistent` continues until it is reset. Programs of the same `kin`,
-    those of one vendor's interface, may set each other's running lines up at another rate ("": nobody may).
-    `standard`, `extended`, `error_frames`, the filters and `note` hold for channels of the same kin alone, and so do a
-    kin's acceptance registers (ACR, AMR): what programs of another kin hear stays as they asked for it.
-    `options` are what else an FD controller has; None: what the board was given in canwire.toml.
+    those of one vendor's interface, may set each other's running lines up at another rate ("": no program may).
+    `standard`, `extended`, `error_frames`, the filters, `note` and a kin's acceptance registers (ACR, AMR) apply to
+    channels of the same kin alone: what programs of another kin receive does not change.
+    `options` are further settings of an FD controller; None: those of the board in canwire.toml.
     """
 
     timing: BitTiming | None
@@ -107,18 +108,17 @@ class LineMode:
 
 @dataclass(frozen=True, slots=True)
 class LineStatus:
-    """A line as it is now. `state` is an ErrorState; `load` 0..100 %; `time_ns` the hub's time.
+    """The present state of a line. `state` is an ErrorState; `load` 0..100 %; `time_ns` the hub's time.
 
-    `mode` has the options that are in effect, those of canwire.toml among them; None: the usual ones.
-
-    Losses by stage: `refused` frames that a client queued and the line could not send, `lost` frames and
-    events that found a channel's receive queue full; the ideal controller itself loses none.
-    `set_by` is the program that set it up last, `set_by_left`: it has nothing open on the line any more.
-    `behind_ns` is how far bus time is behind the clock now, `skipped_ns` what it has left out since the hub began.
-    `obstacle` says why a real adapter does not take part in its bus, "" where nothing is known to keep it away.
-    `delay_ps` is its bus's, one way, and `drift_ppm` how far its oscillator is off (positive: fast).
-    `chip_timing` is what the registers of the line's chip say where that is not the timing of `mode`. `neighbours` take
-    part in its bus without being a line: nodes of a lab, chips attached to it.
+    `mode` has the options that are in effect, those of canwire.toml included; None: the default ones. Losses by stage:
+    `refused` frames that a client queued and the line could not send, `lost` frames and events that came when a
+    channel's receive queue was full; the ideal controller itself loses none. `set_by` is the program that set it up
+    last, `set_by_left`: that program has nothing open on the line any more. `behind_ns` is how far bus time is behind
+    the clock now, `skipped_ns` how much of it was skipped since the hub began. `obstacle` is the reason why a real
+    adapter does not take part in its bus, "" if none is known. `delay_ps` is the one-way delay of its bus, and
+    `drift_ppm` the deviation of its oscillator (positive: fast). `chip_timing` is the timing in the registers of the
+    line's chip if it differs from that of `mode`. `neighbours` are other nodes of its bus that are not lines: nodes of
+    a lab, chips attached to it.
     """
 
     initialised: bool
@@ -154,7 +154,7 @@ class LineStatus:
 
     @property
     def unused(self) -> bool:
-        """True if the line does not run and no program has a channel or the control."""
+        """Whether the line does not run and no program has a channel or the control."""
         return not (self.running or self.channels or self.control_holder)
 
     @property
@@ -167,14 +167,13 @@ class LineStatus:
 class ChannelMode:
     """How a channel is set up. Queue sizes in frames (transmit 0: it only receives), at least these.
 
-    `exact` takes them as they are instead of rounding up to a power of two. `ticks` stamps records with
-    32 bits of the board's time-stamp counter, and takes delays in ticks, instead of nanoseconds. Without `fd`
-    CAN FD frames pass it by, in both directions.
+    `exact` uses these sizes instead of rounding up to a power of two. `ticks` stamps records with
+    32 bits of the board's time-stamp counter, and counts delays in ticks, instead of nanoseconds. Without `fd`
+    the channel neither receives nor sends CAN FD frames.
     `filter_size` is that of the 29-bit list; 0 makes no lists at all. `events`: EventKinds. The frames of all
-    `prioritised` channels of a line wait in one queue by priority, which each has in the high half of its time word.
-    Frames of a prioritised or `confirms` channel may carry the requests of values/record.py that are ours.
-    `kin` is the interface that its program speaks: what LineModes of that kin say of formats, errors and filters holds
-    for it.
+    `prioritised` channels of a line wait in one queue by priority, which is in the high half of each time word.
+    Frames of a prioritised or `confirms` channel may carry canwire's own requests in values/record.py.
+    `kin` is the interface of its program: the formats, errors and filters of LineModes of that kin apply to it.
     """
 
     receive: int
@@ -208,7 +207,7 @@ class ChannelStatus:
 
 @dataclass(frozen=True, slots=True)
 class CyclicStatus:
-    """A cyclic list: running or not, per object 0 empty, 1 busy, 2 done; occurrences that found no room."""
+    """A cyclic list: whether it runs, per object 0 empty, 1 busy, 2 done, and the occurrences that were skipped."""
 
     running: bool
     states: tuple[int, ...]

@@ -11,7 +11,7 @@ from canwire.values.timing.check import NodeTiming
 
 
 def neighbours(nodes: Iterable[Node], known: Container[Node]) -> list[NodeTiming]:
-    """How all of these nodes are set up that are not known; those without a name have their kind's and a number.
+    """The timings of those of the nodes that are not known; a node without a name is named by its kind and a number.
 
     A node that takes no part in its bus (stopped, in reset or configuration mode, bus-off) is left out.
     """

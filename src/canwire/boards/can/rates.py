@@ -13,7 +13,7 @@ from canwire.values.timing.check import NodeTiming, TimingCheck
 
 
 class RunningLine(NamedTuple):
-    """A line that takes part in a bus: `address` as people name it ("HW000001:0")."""
+    """A line that takes part in a bus; `address` is its name for users ("HW000001:0")."""
 
     address: str
     bus: str
@@ -27,9 +27,9 @@ class RunningLine(NamedTuple):
 
 
 class RateConflict(NamedTuple):
-    """Lines of one bus that run at different rates, as copper allows it: they destroy each other's frames.
+    """Lines of one bus that run at different rates, so they destroy each other's frames.
 
-    `others` are nodes that are no lines, chips attached to the bus among them, where their rates differ.
+    `others` are nodes that are no lines, such as chips attached to the bus, if their rates differ.
     """
 
     bus: str
@@ -56,7 +56,7 @@ Conflict = RateConflict | TimingConflict
 
 
 def bus_conflicts(lines: Iterable[RunningLine]) -> list[Conflict]:
-    """What could not work on copper, bus by bus: different rates, else each broken rule of the timings."""
+    """What could not work on copper, bus by bus: different rates, or else each broken rule of the timings."""
     found: list[Conflict] = []
     for running in _by_bus(lines):
         conflicts = rate_conflicts(running)
@@ -65,7 +65,7 @@ def bus_conflicts(lines: Iterable[RunningLine]) -> list[Conflict]:
 
 
 def node_timing(name: str, status: LineStatus) -> NodeTiming | None:
-    """What the rules need of a line; None of one that is not set up, or whose rate is still to be found."""
+    """The data of a line for the timing rules; None for a line that is not set up, or whose rate is not yet found."""
     mode, timing = status.mode, _timing(status)
     if mode is None or timing is None:
         return None
@@ -73,12 +73,12 @@ def node_timing(name: str, status: LineStatus) -> NodeTiming | None:
 
 
 def _timing(status: LineStatus) -> BitTiming | None:
-    """Its chip's, where somebody has written that into registers; else as the line was set up."""
+    """The timing in the registers of its chip, if a program wrote one there; else that of the line's mode."""
     return status.chip_timing or (None if status.mode is None else status.mode.timing)
 
 
 def _timing_conflicts(lines: list[RunningLine]) -> list[Conflict]:
-    """Those of one bus."""
+    """The broken timing rules of one bus."""
     found_nodes = (node_timing(line.address, line.status) for line in lines)
     nodes = [node for node in found_nodes if node is not None]
     nodes += _neighbours(lines)
@@ -101,7 +101,7 @@ def _by_bus(lines: Iterable[RunningLine]) -> list[list[RunningLine]]:
 
 
 def rate_conflicts(lines: Iterable[RunningLine]) -> list[RateConflict]:
-    """One for each bus whose nodes disagree, in bit rate or, those that have one, in data bit rate."""
+    """One conflict for each bus whose nodes have different bit rates, or different data bit rates."""
     return [
         RateConflict(found[0].bus, tuple(found), _others_at_other_rates(found))
         for found in _by_bus(lines)
@@ -117,12 +117,12 @@ def _disagree(lines: list[RunningLine]) -> bool:
 
 
 def _neighbours(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
-    """The same for all lines of one bus."""
+    """The other nodes of one bus, which all its lines report alike."""
     return lines[0].status.neighbours if lines else ()
 
 
 def _others_at_other_rates(lines: list[RunningLine]) -> tuple[NodeTiming, ...]:
-    """Those of the neighbours that do not agree with all lines; there may be many others."""
+    """Those of the neighbours whose rates differ from the rates of a line; other neighbours are left out."""
     nominal, data = _nominal_rates(lines), _data_rates(lines)
     return tuple(
         node
@@ -141,14 +141,14 @@ def _data_rates(lines: list[RunningLine]) -> set[int]:
 
 
 def same_rates(now: LineMode, wanted: LineMode) -> bool:
-    """True if the rates of `now` are also those of `wanted`; False if one of them has still to be found."""
+    """Whether the rates of `now` are also those of `wanted`; False if one of them has still to be found."""
     if now.timing is None or wanted.timing is None:
         return False
     return now.timing.bit_rate == wanted.timing.bit_rate and data_rate(now) in (None, data_rate(wanted))
 
 
 def format_rates(mode: LineMode | None) -> str:
-    """`500000 bit/s`, with `, 2000000 after BRS` where there is such a phase."""
+    """`500000 bit/s`, with `, 2000000 after BRS` if there is a data rate."""
     if mode is None or mode.timing is None:
         return "no bit rate yet"
     return _rates(mode.timing.bit_rate, data_rate(mode))
@@ -163,7 +163,7 @@ def _rates(nominal: int, data: int | None) -> str:
 
 
 def format_setter(status: LineStatus) -> str:
-    """`set by canwire dump (123)`"""
+    """The program that set the line up: `set by canwire dump (123)`."""
     if not status.set_by:
         return "set by nobody"
     return f"set by {status.set_by}" + (", which has left it" if status.set_by_left else "")

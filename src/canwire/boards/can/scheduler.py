@@ -1,4 +1,4 @@
-"""The cyclic transmit list of a line: frames that go out again and again, by themselves, one slot a tick.
+"""The cyclic transmit list of a line: frames that the line sends again and again by itself, one slot per tick.
 
 Source: VCI V4 manual 5.2.5, 6.6.7 and 7.3.17, VCI .NET manual 4.2.5; rulings.md 9.
 """
@@ -23,17 +23,16 @@ _NO_TICK = -1
 
 
 class CyclicList:
-    """Up to 16 frames sent cyclically; in each tick one of them at most.
+    """Up to 16 frames sent cyclically; at most one of them in each tick.
 
-    Tick 0 is the moment of `resume`. An object started in tick s wants the ticks s + cycle, s + 2 * cycle, ...
-    Where several want the same tick, the one added first has it; the others take the next ticks that are free, and
-    their later wishes stay where they are: cycles 2 and 3 give 2, 4, 6, 8, ... and 3, 7, 9, 13, 15, 19, ...
+    Tick 0 is the moment of `resume`. An object started in tick s is due in the ticks s + cycle, s + 2 * cycle, ...
+    If several are due in the same tick, the one added first is sent; the others use the next free ticks, and
+    their later due ticks do not move: cycles 2 and 3 give 2, 4, 6, 8, ... and 3, 7, 9, 13, 15, 19, ...
     An occurrence that the line refuses is discarded and counted in `skipped`; the tick stays used. While the line is
     stopped nothing is due, and nothing of that time comes later (source: rulings.md 38): growing data, counts and
-    `skipped` stand still.
-
+    `skipped` do not change.
     The list is stopped until `resume`. Between its ticks it costs nothing: one background timer waits for the next
-    one with something to do. On a paced timeline hold the pacer's lock, and wake it after `resume` and `start`.
+    tick in which an object is due. On a paced timeline hold the pacer's lock, and wake it after `resume` and `start`.
     """
 
     SLOTS = 16
@@ -43,7 +42,7 @@ class CyclicList:
     ) -> None:
         """`tick_ns` is a slot's length in ns, from 1; cycles are at most `max_ticks` ticks and 146 years long.
 
-        `kin` is the interface that its program speaks.
+        `kin` is the interface of its program.
         """
         if tick_ns < 1 or max_ticks < 1 or tick_ns * max_ticks > _LONGEST_NS:
             raise BadValue(f"{max_ticks} ticks of {tick_ns} ns: both from 1, together at most 146 years")
@@ -79,10 +78,10 @@ class CyclicList:
     ) -> int:
         """Put a frame on the list, idle until `start`; returns its index, the lowest one free.
 
-        `cycle` is 1..max_ticks ticks. `byte_index` says where a byte or word to increment begins (the word's
+        `cycle` is 1..max_ticks ticks. `byte_index` is where a byte or word to increment begins (the word's
         low byte): 0..length - 1 or 0..length - 2. `flags` are info bits: single shot, high priority, self-reception.
-        To `owner` its frames are its own.
-        Raises BadValue for a value out of range and where the sum of 1/cycle over the list would exceed 1,
+        The frames count as frames of the channel `owner`.
+        Raises BadValue for a value out of range and if the sum of 1/cycle over the list would exceed 1,
         LineError for a full list and a frame that the line as it is set up cannot send, Closed.
         """
         self._check_open()
@@ -98,7 +97,7 @@ class CyclicList:
         return free[0]
 
     def replace(self, index: int, frame: Frame) -> None:
-        """Send this frame from now on, in the same ticks. Raises BadValue, LineError, Closed as `add`."""
+        """Send this frame from now on, in the same ticks. Raises BadValue, LineError, Closed like `add`."""
         item = self._object(index)
         if item.growing is not None:
             raise BadValue(
@@ -108,7 +107,7 @@ class CyclicList:
         item.frame = frame
 
     def remove(self, index: int) -> None:
-        """Stop an object and take it off the list; the index is free. Raises BadValue, Closed."""
+        """Stop an object and remove it from the list; the index is free. Raises BadValue, Closed."""
         self._object(index)
         del self._objects[index]
         self._arm()
@@ -116,7 +115,7 @@ class CyclicList:
     def start(self, index: int, count: int = 0) -> None:
         """Send an object `count` times (1..65535), endlessly for 0; one that is busy starts from the beginning.
 
-        In a stopped list it begins with `resume`. What `increment` made of the frame stays. An occurrence that
+        In a stopped list it begins with `resume`. The incremented frame is not reset. An occurrence that
         the line refuses does not count. Raises BadValue, Closed.
         """
         item = self._object(index)
@@ -146,7 +145,7 @@ class CyclicList:
         self._arm()
 
     def stop(self, index: int) -> None:
-        """Send an object no more: it is DONE. Raises BadValue, Closed."""
+        """Stop sending an object: it is DONE. Raises BadValue, Closed."""
         self._object(index).state = CyclicState.DONE
         self._arm()
 
@@ -179,9 +178,9 @@ class CyclicList:
         self._objects.clear()
 
     def close(self) -> None:
-        """Empty the list and leave the line; a second time does nothing.
+        """Empty the list and leave the line; a second call does nothing.
 
-        A frame in the controller still goes out; those queued after it are discarded and count as skipped.
+        A frame in the controller is still sent; those queued after it are discarded and count as skipped.
         """
         if not self._closed:
             self.reset()
@@ -193,28 +192,28 @@ class CyclicList:
 
     @property
     def running(self) -> bool:
-        """True between `resume` and `suspend`."""
+        """Whether the list runs: after `resume`, until `suspend`."""
         return self._running
 
     @property
     def late(self) -> int:
-        """Occurrences so far that went to the line in a later tick than their own: earlier objects had it."""
+        """Occurrences so far that were sent in a later tick than their own, because earlier objects used it."""
         return self._late
 
     @property
     def skipped(self) -> int:
-        """Occurrences so far that never reached the bus: the transmit queue was full, or the line refused."""
+        """Occurrences so far that never reached the bus: the transmit queue was full, or the line refused them."""
         return self._skipped
 
     def states(self) -> tuple[int, ...]:
-        """CyclicState of all 16 indices. EMPTY: nothing there, or not started yet; DONE: stopped, or all sent."""
+        """CyclicState of all 16 indices. EMPTY: no object, or not started yet; DONE: stopped, or all sent."""
         known = {index: item.state for index, item in self._objects.items()}
         return tuple(int(known.get(index, CyclicState.EMPTY)) for index in range(self.SLOTS))
 
     # ticks
 
     def _arm(self) -> None:
-        """Wait for the next tick in which something is due, and for no other."""
+        """Set the timer to the next tick in which an object is due."""
         busy = self._busy() if self._running else []
         tick = max(min(item.due for item in busy), self._used + 1) if busy else _NO_TICK
         if tick == self._armed:
@@ -233,7 +232,7 @@ class CyclicList:
         self._arm()
 
     def _channel(self, owner: Channel | None) -> Channel:
-        """What sends for this owner; the channels of those who want nothing sent any more are used again."""
+        """The channel that sends for this owner; a channel whose owner has no more objects is used again."""
         if owner not in self._channels:
             wanted = [item.channel for item in self._objects.values()]
             spare = next((old for old, channel in self._channels.items() if channel not in wanted), owner)
@@ -247,11 +246,11 @@ class CyclicList:
         return self._channels[owner]
 
     def _busy(self) -> list[CyclicObject]:
-        """Started objects, those added earlier first."""
+        """The started objects, in the order in which they were added."""
         return [item for item in self._objects.values() if item.state is CyclicState.BUSY]
 
     def _transmit(self, item: CyclicObject, tick: int) -> None:
-        """Serve the object's oldest occurrence; what the line refuses must not stop the timeline."""
+        """Send the object's oldest occurrence; an error of the line must not stop the timeline."""
         late = item.due < tick
         item.due += item.cycle
         if not self._line.driver.running:
@@ -288,7 +287,7 @@ class CyclicList:
             raise BadValue(f"cycle {cycle}: the sum of 1/cycle would be {load}, and 1 is all there is")
 
     def _check_sendable(self, frame: Frame) -> None:
-        """Refuse here what `Line.send` would refuse in every tick."""
+        """Raise errors here for a frame that `Line.send` would refuse in every tick."""
         if self._line.driver.listen_only:
             raise LineError(
                 f"{self._line.name}: a listen-only line, or one in restricted operation, sends nothing"

@@ -1,4 +1,4 @@
-"""Sends frames one by one on a node's line: the compiled part of a lab's node."""
+"""Sends frames one by one on the line of a node: the compiled part of a lab's node."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NO_DELAY = 0  # who gives none has not to be checked
 class Time(Protocol):
     """The time in which a node runs, and the waiters for its events.
 
-    A `pacer` lets that time pass by the clock; a `selection` leaves out some frames.
+    A `pacer` makes that time pass by the clock; a `selection` leaves out some frames.
     """
 
     @property
@@ -34,7 +34,7 @@ class Time(Protocol):
 
 
 class Sending:
-    """What sends through a channel of a line."""
+    """Sends frames through a channel of a line."""
 
     def __init__(self, time: Time, line: Line, channel: Channel, self_reception: bool) -> None:
         self._time = time
@@ -53,9 +53,9 @@ class Sending:
         high_priority: bool = False,
         delay_ns: int = _NO_DELAY,
     ) -> None:
-        """Queue a frame; it goes when the bus lets it.
+        """Queue a frame; it is sent when the bus permits.
 
-        `single_shot`: one attempt, given up on lost arbitration or error. `high_priority`: before the frame that
+        `single_shot`: one attempt, abandoned at a lost arbitration or error. `high_priority`: before the frame that
         waits in the controller. `delay_ns`: not before this long after the node's previous frame.
         Raises QueueFull, LineError (an FD frame on a classic line, a listen-only node), Closed.
         """
@@ -81,7 +81,10 @@ class Sending:
             self._time.active()
 
     def send_many(self, frames: Iterable[Frame]) -> int:
-        """Queue frames in order; returns how many. Raises like `send`, what came before stays queued."""
+        """Queue frames in order; returns how many.
+
+        Raises errors like `send`; the frames before the error stay queued.
+        """
         count = 0
         for frame in frames:
             self.send(frame)
@@ -89,7 +92,7 @@ class Sending:
         return count
 
     def _takes(self, frame: Frame) -> bool:
-        """Is it sent? A frame that is left out counts as sent, and never reaches the queue."""
+        """Whether the frame is sent; a frame that is left out counts as sent, and never reaches the queue."""
         raise NotImplementedError
 
     def _check_open(self) -> None:

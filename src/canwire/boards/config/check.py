@@ -146,7 +146,7 @@ class Check:
 
 @cache
 def _defaults(table: type[msgspec.Struct]) -> dict[str, object]:
-    """The defaults by field; cached, since msgspec evaluates every annotation for them."""
+    """The default of each field; cached, since msgspec evaluates every annotation for them."""
     return {field.name: field.default for field in msgspec.structs.fields(table)}
 
 

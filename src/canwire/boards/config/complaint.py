@@ -40,7 +40,7 @@ def complaint(message: str, data: dict[str, Any], tables: Mapping[str, Sequence[
 
 
 def _value_at(place: str, data: Any) -> str:
-    """` = value` if the value fits into one line, else nothing."""
+    """` = value` if the value fits into one line, else ""."""
     for key, index in _STEP.findall(place):
         data = data[int(index)] if index else data[key]
     if isinstance(data, dict | list):

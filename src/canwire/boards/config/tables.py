@@ -52,7 +52,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     @property
     def usual_rate(self) -> int:
-        """bit/s"""
+        """The default bit rate of the bus in bit/s."""
         return self.bit_rate or (500_000 if self.type == "can" else 19_200)
 
 

@@ -1,4 +1,4 @@
-"""A slave that answers node configuration and the transport layer, as bought ones do."""
+"""A slave that answers node configuration and transport layer requests, as bought slaves do."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _QUEUE = 64
 
 
 class ConfiguredSlave:
-    """Runs values/lin/configuration.py on a line: received frames go in, answers go into the response table.
+    """Runs values/lin/configuration.py on a line: it reads received frames, and its answers become responses.
 
-    It has a separate queue, so other monitors of the line receive everything as before. It ends with the settings
-    and responses of the line, or with `close`.
+    It has a separate queue, so other monitors of the line receive everything as before. It ends when the settings
+    and responses of the line are cleared, or with `close`.
     """
 
     def __init__(self, line: LinLine, attributes: LinNodeAttributes) -> None:
@@ -39,11 +39,11 @@ class ConfiguredSlave:
 
     @property
     def answers(self) -> bool:
-        """True until it ends."""
+        """Whether it still answers: `close` or a cleared line ends it."""
         return self._monitor.ring.listener is not None
 
     def close(self) -> None:
-        """Answer no more; a second time does nothing."""
+        """Stop answering; a second call does nothing."""
         if not self.answers:
             return
         self._monitor.ring.listener = None
@@ -54,7 +54,7 @@ class ConfiguredSlave:
             self._timer = None
 
     def _listen(self) -> None:
-        """Something was heard, in the middle of the bus's work: look at it when that is over."""
+        """Schedule `_take` for a frame that came while the bus was working; it runs when that work is done."""
         self._timeline.at(self._timeline.now_ns, self._take)
 
     def _take(self) -> None:
@@ -68,7 +68,7 @@ class ConfiguredSlave:
         self._apply()
 
     def _apply(self) -> None:
-        """The line does what the configuration says now."""
+        """Apply the present configuration to the line."""
         self._move_frames()
         if self._timer is not None:
             self._timer.cancel()

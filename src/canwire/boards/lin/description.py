@@ -1,4 +1,4 @@
-"""The figures of our own boards' LIN lines: the features are the VCI manual's, clock and divisor are simulated.
+"""The figures of the LIN lines of our boards: the features are the VCI manual's, clock and divisor are simulated.
 
 Source: VCI V4 manual 7.4.1, reference/vci.md section 4, rulings.md 11.
 """

@@ -1,4 +1,4 @@
-"""A master's request through the transport layer, and what comes back; one step after the other in bus time."""
+"""A master's request through the transport layer and its response, one step after the other in bus time."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ Answered = Callable[[bytes | CanwireError], None]
 class LinExchange:
     """One request of a master's line; other traffic of that line continues meanwhile.
 
-    `done` is called once: with the payload that answers, b"" for a functional request, which nobody answers, or with
-    NotReceived `within_ns` after `begin`, or what else keeps the line from sending.
+    `done` is called once: with the payload of the response; with b"" for a functional request, which no slave answers;
+    with NotReceived `within_ns` after `begin`; or with an error that keeps the line from sending.
     """
 
     def __init__(self, line: LinLine, nad: int, payload: bytes, within_ns: int, done: Answered) -> None:
@@ -42,7 +42,7 @@ class LinExchange:
         self._monitor = LinMonitor(LinMonitorMode(_QUEUE, own=True, events=()))
 
     def begin(self) -> None:
-        """Send the first frame as soon as the line is free. Raises what line.send does, but for Busy."""
+        """Send the first frame when the line is free. Raises the errors of line.send except Busy."""
         self._line.open(self._monitor)
         self._line.activate(self._monitor)
         try:
@@ -78,7 +78,7 @@ class LinExchange:
         self._timeline.at(min(self._deadline_ns, now_ns + _LOOK_NS), self._step)
 
     def _heard(self) -> bytes | None:
-        """The payload that answers, once its last frame has come."""
+        """The payload of the response, once its last frame has come; else None."""
         while (message := self._monitor.take()) is not None:
             if not isinstance(message, LinFrame) or message.id != SLAVE_RESPONSE or len(message.data) != 8:
                 continue

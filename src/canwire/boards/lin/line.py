@@ -41,7 +41,7 @@ class LinLine(LinHost):
     """Splitter between one controller and its monitors, and the control over it. No I/O; times are the timeline's.
 
     Its creator sets `driver`. `busy` is true until the last frame sent has ended. `when_awake` is called when a
-    sleep ends, `when_free` when the line is busy no more, `when_cleared` when settings and responses are forgotten.
+    sleep ends, `when_free` when the line is no longer busy, `when_cleared` when settings and responses are discarded.
     """
 
     driver: LinDriver
@@ -72,7 +72,7 @@ class LinLine(LinHost):
         return self.controller.running
 
     def initialise(self, mode: LinMode, settings: LinSettings | None = None) -> None:
-        """Reset and set up; `settings` are more than a mode says. Raises BadValue, Unsupported for the impossible."""
+        """Reset and set up; `settings` are more detailed than `mode`. Raises BadValue, Unsupported."""
         settings = settings or LinSettings(mode.master, mode.bit_rate)
         check_mode(mode, self.capabilities, self.name)
         self._clear()
@@ -80,7 +80,7 @@ class LinLine(LinHost):
         self.mode = mode
 
     def start(self) -> None:
-        """Take part in the bus; nothing changes if it does. Raises NotInitialised."""
+        """Start to take part in the bus; does nothing if the line runs already. Raises NotInitialised."""
         self._check_initialised("started")
         if self.running:
             return
@@ -99,19 +99,19 @@ class LinLine(LinHost):
         self._stop_when_quiet()
 
     def leave(self) -> None:
-        """Leave the bus immediately, mid-bit if need be; settings and responses stay."""
+        """Leave the bus immediately, even in the middle of a bit; settings and responses stay."""
         self._wake.cancel()
         self.driver.stop(self.timeline.now_ns)
 
     def reset(self) -> None:
-        """Leave the bus mid-bit if need be, forget settings and response table; monitors keep what they have."""
+        """Leave the bus immediately, discard settings and response table; messages in the monitors stay."""
         self._clear()
         self.tell(self._event(LinEventKind.INFO, 0, code=InfoCode.RESET), stamped=False)
 
     def write(self, frame: LinFrame, *, send: bool, finished: Finished | None = None) -> None:
         """Put a frame on the bus (`send`, a master only), or its data into the response table.
 
-        Sent, it goes out as soon as the bus is free: with its data, or as a header that any node may answer;
+        A frame to send waits until the bus is free: it has data, or is a header that any node may answer;
         `finished` gets the outcome. The table may be changed at any time once the line is initialised.
         Raises NotInitialised, WrongState (a slave, or not started), Busy, BadFrame for a header without data.
         """
@@ -124,7 +124,7 @@ class LinLine(LinHost):
         self.driver.respond(frame)
 
     def send(self, frame: LinFrame, finished: Finished | None = None) -> None:
-        """`write` with `send`."""
+        """The same as `write` with `send`."""
         if frame.header_only:
             self.ask(frame.id, frame.length, finished)
         else:
@@ -136,7 +136,7 @@ class LinLine(LinHost):
     def ask(
         self, id: int, length: int, finished: Finished | None = None, silence_is_fine: bool = False
     ) -> None:
-        """`send` for a header alone; with `silence_is_fine` a missing response is no error."""
+        """The same as `send` for a header alone; with `silence_is_fine` a missing response is no error."""
         mode = self.mode
         if self.busy or self._stopping or mode is None or not mode.master or not self.controller.running:
             self._check_sending()
@@ -145,7 +145,7 @@ class LinLine(LinHost):
         self.driver.ask(id, length, silence_is_fine)
 
     def go_to_sleep(self, finished: Finished | None = None) -> None:
-        """Send the go-to-sleep command; all nodes sleep after it. Raises like `write`."""
+        """Send the go-to-sleep command, after which all nodes sleep. Raises errors like `write`."""
         self.send(go_to_sleep_frame(), finished)
 
     def wake_up(self) -> None:
@@ -157,7 +157,7 @@ class LinLine(LinHost):
             self._wake.begin()
 
     def status(self) -> LinLineStatus:
-        """The line as it is now."""
+        """The present state of the line."""
         now_ns, bus = self.timeline.now_ns, self.controller.bus
         counters = self.driver.counters(now_ns)
         errors = list(counters.errors)
@@ -181,7 +181,7 @@ class LinLine(LinHost):
         )
 
     def close(self) -> None:
-        """The board was unplugged: every pending call ends."""
+        """End every pending call: the board was unplugged."""
         self._clear()
 
     def open(self, monitor: LinMonitor) -> LinMonitor:
@@ -190,7 +190,7 @@ class LinLine(LinHost):
         return monitor
 
     def dismiss(self, monitor: LinMonitor) -> None:
-        """Take a monitor off the line; unknown ones are ignored."""
+        """Remove a monitor from the line; unknown ones are ignored."""
         self._splitter.dismiss(monitor)
 
     def activate(self, monitor: LinMonitor, active: bool = True) -> None:
@@ -199,7 +199,7 @@ class LinLine(LinHost):
         self._splitter.sort()
 
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
-        """Give an event to every active monitor; without `stamped` its time stays as it is."""
+        """Deliver an event to every active monitor; without `stamped` its time does not change."""
         self._splitter.tell(event, stamped=stamped)
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
@@ -237,7 +237,7 @@ class LinLine(LinHost):
             raise NotInitialised(f"{self.name}: initialise the line before it is {what}")
 
     def _check_sending(self, *, only_wake_up: bool = False) -> None:
-        """Raise what keeps the line from sending."""
+        """Raise an error if the line cannot send now."""
         self._check_initialised("told to send")
         if not self.running:
             raise WrongState(f"{self.name}: start the line before something is sent")
@@ -261,7 +261,7 @@ class LinLine(LinHost):
         self.error(LinErrorKind.WAKEUP, -1, True, self.timeline.now_ns)
 
     def _clear(self) -> None:
-        """Off the bus at this moment, without settings and responses."""
+        """Leave the bus at this moment, and discard settings and responses."""
         self.leave()
         self.when_cleared()
         self.driver.clear()
@@ -295,6 +295,6 @@ class LinLine(LinHost):
         return LinEvent(kind, at_ns, error, state, id, transmitting, self._status(), code)
 
     def _status(self) -> int:
-        """VCI's LIN_STATUS_ bits as they are now."""
+        """The present state as VCI's LIN_STATUS_ bits."""
         pending = PENDING_STATUS if self.driver.on_wire() or self.busy else 0
         return self.controller.status() | pending | (OVERRUN_STATUS if self._splitter.lost else 0)

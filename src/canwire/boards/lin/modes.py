@@ -18,9 +18,9 @@ class LinMode:
     """How a LIN line is initialised.
 
     `bit_rate` is 1,000..20,000 bit/s; for a slave also 0: it is found on a bus that is already active. Without
-    `master` the line is a slave. `errors` asks for error messages. `note` is whatever the initialiser wants to find
-    again in the status (VCI: its own bytes). Programs of the same `kin` may set each other's running lines up at
-    another rate ("": nobody may).
+    `master` the line is a slave. `errors` enables error messages. `note` is data of the initialising program that the
+    status returns (VCI: its own bytes). Programs of the same `kin` may set each other's running lines up at another
+    rate ("": no program may).
     """
 
     master: bool
@@ -32,11 +32,11 @@ class LinMode:
 
 @dataclass(frozen=True, slots=True)
 class LinLineStatus:
-    """A LIN line as it is now. `load` 0..100 %; `bit_rate` is 0 while it is being looked for.
+    """The present state of a LIN line. `load` 0..100 %; `bit_rate` is 0 while the line searches for it.
 
-    `status` holds VCI's LIN_STATUS_ bits: overrun 0x01, error limit 0x04, bus-off 0x08, stopped 0x10. `errors`
-    counts by LinErrorKind since the start, `lost` what found a monitor's queue full. `behind_ns` is how far bus time is
-    behind the clock now, `skipped_ns` what it has left out since the hub began.
+    `status` holds VCI's LIN_STATUS_ bits: overrun 0x01, error limit 0x04, bus-off 0x08, stopped 0x10. `errors` counts
+    by LinErrorKind since the start, `lost` messages that came when a monitor's queue was full. `behind_ns` is how far
+    bus time is behind the clock now, `skipped_ns` how much of it was skipped since the hub began.
     """
 
     initialised: bool
@@ -65,10 +65,10 @@ class LinLineStatus:
 
 @dataclass(frozen=True, slots=True)
 class LinMonitorMode:
-    """How a monitor is set up: its queue's size in messages (at least; `exact`: just that), and what goes into it.
+    """How a monitor is set up: the size of its queue in messages (at least; `exact`: this size), and what it receives.
 
-    `ticks` stamps records with 32 bits of the board's counter instead of nanoseconds. `own`: the responses that its
-    own line sends come too, marked. `events`: LinEventKinds.
+    `ticks` stamps records with 32 bits of the board's counter instead of nanoseconds. `own`: it also receives the
+    responses that its own line sends, marked. `events`: LinEventKinds.
     """
 
     receive: int

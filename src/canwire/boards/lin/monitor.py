@@ -1,4 +1,4 @@
-"""One client's receive queue on a LIN line.
+"""The receive queue of one client on a LIN line.
 
 At any moment `accepted` = read + waiting + `lost`.
 """
@@ -25,8 +25,8 @@ Queue = tuple[Callable[[], int], Callable[[bytes], object]]
 class LinMonitor:
     """Gets a copy of every message of its line while it is `active`; it sends nothing.
 
-    The ring's records are those of values/lin/record.py; the one that fills it says so in its overrun bit.
-    `queue` is what the splitter needs of it for frames: how many more records fit, and the way in.
+    The ring has records of values/lin/record.py; the record that fills the ring has its overrun bit set.
+    `queue` is what the splitter needs for frames: how many more records fit, and the function that adds one.
     """
 
     def __init__(self, mode: LinMonitorMode, *, ring: Ring | None = None) -> None:
@@ -39,28 +39,28 @@ class LinMonitor:
 
     @property
     def accepted(self) -> int:
-        """Messages for this monitor: those read, those that wait, and those lost."""
+        """The messages for this monitor so far: those read, those that wait, and those lost."""
         return int(self._channel.accepted)
 
     @property
     def lost(self) -> int:
-        """Messages that found the queue full."""
+        """Messages that came when the queue was full."""
         return self.ring.lost
 
     def stamp(self, origin_ns: int, tick_ns: int) -> None:
-        """From now on times count from `origin_ns`, in ticks if the mode says so."""
+        """Count times from `origin_ns` from now on, in ticks if the mode says so."""
         self._channel.origin_ns = origin_ns
         self._channel.tick_ns = tick_ns if self.mode.ticks else 0
 
     def deliver_event(self, kind: int, record: bytes, stamped: bool) -> None:
-        """An event's record; without `stamped` its time stays as it is."""
+        """Deliver an event's record; without `stamped` its time does not change."""
         if kind in self._events:
             if self.ring.free() == 1:
                 record = marked(record)
             self._channel.deliver_event(record, stamped)
 
     def take(self) -> LinFrame | LinEvent | None:
-        """The oldest message, or None."""
+        """Remove and return the oldest message; None if there is none."""
         record = self.ring.take_bytes()
         return None if record is None else message_of_record(record)
 
@@ -76,6 +76,6 @@ def message_of_record(record: bytes) -> LinFrame | LinEvent:
 
 
 def marked(record: bytes) -> bytes:
-    """The record that fills its queue."""
+    """The record with its overrun bit set, for the record that fills a queue."""
     flags = record[_FLAGS_AT] | _OVERRUN_FLAG
     return record[:_FLAGS_AT] + bytes([flags]) + record[_FLAGS_AT + 1 :]

@@ -24,7 +24,7 @@ _ANSWERED, _FAILED = LinOutcome.ANSWERED, LinOutcome.FAILED
 
 
 class _Ready(NamedTuple):
-    """A slot made ready: how long it lasts, and who wants to know what became of it."""
+    """A prepared slot: its length, and the function that gets its outcome."""
 
     slot: LinSlot
     delay_ns: int
@@ -34,9 +34,9 @@ class _Ready(NamedTuple):
 class LinScheduler:
     """The master task of one line. The line must be initialised as master before `start`.
 
-    The first round of a table counts as work to be done, the ones after it are background, as periodic tasks
+    The first round of a table counts as work of the timeline, later rounds are background, as periodic tasks
     are; so a timeline that runs until it is idle runs one round. While the line sleeps nothing is sent; the table
-    continues once it is awake. A slot that finds the line busy, or stopped, is skipped and counted.
+    continues once it is awake. A slot in which the line is busy or stopped is skipped and counted.
     """
 
     def __init__(self, line: LinLine, tables: Mapping[str, LinSchedule] | LinSchedule) -> None:
@@ -60,12 +60,12 @@ class LinScheduler:
 
     @property
     def running(self) -> str | None:
-        """The name of the table that runs, or None."""
+        """The name of the running table, or None."""
         return self._name
 
     @property
     def waiting(self) -> int:
-        """Requests and responses that wait for their slots."""
+        """The number of requests and responses that wait for their slots."""
         return len(self._requests) + self._to_fetch
 
     def add(self, tables: Mapping[str, LinSchedule] | LinSchedule) -> None:
@@ -73,9 +73,9 @@ class LinScheduler:
         self.tables |= {tables.name: tables} if isinstance(tables, LinSchedule) else dict(tables)
 
     def start(self, name: str | None = None, *, rounds: int | None = None) -> None:
-        """Run a table (None: the first one) from its first slot on, now, or after the slot of the one that runs.
+        """Run a table (None: the first one) from its first slot on: now, or after the present slot of a running table.
 
-        It repeats until another one or `stop` ends it, or ends by itself after so many `rounds`.
+        It repeats until another table or `stop` ends it, or ends by itself after `rounds` rounds.
         Raises BadValue for an unknown table, WrongState for a line that is no master.
         """
         if self._line.mode is None or not self._line.mode.master:
@@ -95,7 +95,7 @@ class LinScheduler:
         self._arm()
 
     def stop(self) -> None:
-        """No more slots; what is on the wire still ends. A second time does nothing."""
+        """Start no more slots; a frame on the wire still ends. A second call does nothing."""
         self._name = self._next = None
         self._resolving.clear()
         if self._timer is not None:
@@ -103,9 +103,9 @@ class LinScheduler:
             self._timer = None
 
     def request(self, data: bytes, *, responses: int = 1) -> None:
-        """Queue a master request of 8 bytes (more are refused, fewer filled up with 0xFF) for the next such slot.
+        """Queue a master request of 8 bytes for the next request slot; shorter data are filled up with 0xFF.
 
-        After it, `responses` slave responses are fetched in their slots. Raises BadFrame.
+        After it, `responses` slave responses are fetched in their slots. Raises BadFrame for more than 8 bytes.
         """
         if not 0 < len(data) <= 8:
             raise BadFrame(f"{len(data)} bytes: a master request has 1 to 8")
@@ -130,7 +130,7 @@ class LinScheduler:
         self._timer = self._timeline.at(self._due_ns, self._turn, background=background)
 
     def _turn(self) -> None:
-        """A slot begins."""
+        """Begin the next slot."""
         self._timer = None
         if self._line.controller.asleep:
             return  # `_awake` continues from here
@@ -156,7 +156,7 @@ class LinScheduler:
         self._perform(ready)
 
     def _slack_ns(self) -> int:
-        """The beginning of the next slot shows only when its frame is over."""
+        """How long the timer may be late: programs see the beginning of a slot only when its frame is over."""
         at_end = self._index == len(self._ready)
         if self._resolving or self._next is not None or (at_end and self._rounds_left == 1):
             return 0
@@ -167,7 +167,7 @@ class LinScheduler:
         return controller.bus.foreseen_ns(controller, slot.ids[0])
 
     def _turn_page(self) -> None:
-        """At the end of a table start it again, or end after the last round."""
+        """At the end of a table start it again, or stop it after the last round."""
         self._index = 0
         self._first_round = False
         if self._rounds_left is not None:
@@ -228,7 +228,7 @@ class LinScheduler:
         return _Ready(slot, slot.delay_ns or self._usual_ns, finished)
 
     def _event_over(self, slot: LinSlot, outcome: LinOutcome) -> None:
-        """After a collision those behind the event are asked one by one."""
+        """After a collision, send the headers of the event's frames one by one."""
         if outcome is _FAILED:
             self.collisions += 1
             self._resolving.extend(map(self._make_ready, slot.resolving))

@@ -16,7 +16,7 @@ _COUNTER = 1 << 32
 
 
 class LinSplitter(LinEar):
-    """The monitors of one line. Times count from `origin_ns` on, None before the line was started."""
+    """The monitors of one line. Times count from `origin_ns` on; it is None until the line is started."""
 
     def __init__(self, timeline: Timeline, tick_ns: int) -> None:
         self.origin_ns: int | None = None
@@ -31,7 +31,7 @@ class LinSplitter(LinEar):
 
     @property
     def lost(self) -> int:
-        """Messages that found a queue full."""
+        """Messages that came when a queue was full."""
         return sum(monitor.lost for monitor in self.monitors)
 
     def open(self, monitor: LinMonitor) -> None:
@@ -44,7 +44,7 @@ class LinSplitter(LinEar):
         self.sort()
 
     def sort(self) -> None:
-        """A monitor was added, removed, activated or deactivated."""
+        """Update the lists after a monitor was added, removed, activated or deactivated."""
         self._active = [monitor for monitor in self.monitors if monitor.active]
         hearing = [monitor for monitor in self._active if monitor.mode.frames]
         self._hearing = [monitor.queue for monitor in hearing]
@@ -62,14 +62,14 @@ class LinSplitter(LinEar):
                 put(record if free() != 1 else marked(record))
 
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
-        """An event for every active monitor; without `stamped` its time stays as it is."""
+        """Deliver an event to every active monitor; without `stamped` its time does not change."""
         if self._active:
             record = event.to_record()
             for monitor in self._active:
                 monitor.deliver_event(event.kind, record, stamped)
 
     def begin_stamps(self) -> None:
-        """The time-stamp counter starts at 0 with the first start after a reset; overruns are reported as events."""
+        """Start the time-stamp counter at 0, at the first start after a reset; overruns are reported as events."""
         if self.origin_ns is None:
             self.origin_ns = self._timeline.now_ns
             for monitor in self.monitors:

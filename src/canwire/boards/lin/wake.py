@@ -1,4 +1,4 @@
-"""Waking a LIN bus up: the pulse is repeated until a master sends a header.
+"""Wakes a LIN bus: the pulse is repeated until a master sends a header.
 
 Source: LIN 2.2A 2.6.2; reference/lin-protocol.md section 7.
 """
@@ -15,7 +15,7 @@ PAUSE_NS = 1_500_000_000  # from the third pulse's end to the next one
 
 
 class WakeUp:
-    """Sends pulses by `pulse` until `heard`, the number of headers so far, changes; `failed` after every third.
+    """Sends pulses by `pulse` until `heard`, the number of headers so far, changes; calls `failed` after every third.
 
     Its timers are background ones: a bus on which no node answers becomes idle between them.
     """
@@ -42,7 +42,7 @@ class WakeUp:
         self._send(PULSES - 1)
 
     def sent(self) -> None:
-        """A pulse is over: wait for a header."""
+        """Wait for a header after a pulse."""
         self._wait(REPEAT_NS, self._look)
 
     def cancel(self) -> None:

@@ -39,7 +39,7 @@ _MOST_BITS = 800  # 64 bytes, an extended identifier and all the stuff bits ther
 
 
 def _prototype(frame: Frame, *, fd_mode: int = 0, error_passive: bool = False) -> None:
-    """How BitLayout is called, for help()."""
+    """The signature of BitLayout for help()."""
 
 
 class BitLayout:
@@ -102,7 +102,7 @@ class BitLayout:
         return min(start for start in starts if start >= 0) if fd else -1
 
     def _choose_crc(self, frame: Frame, non_iso: bool) -> None:
-        """CRC-15 covers the bits without stuff bits, CRC-17 and CRC-21 those with them."""
+        """Choose the CRC: CRC-15 covers the bits without stuff bits, CRC-17 and CRC-21 cover the stuff bits too."""
         self._wide = frame.fd
         if not frame.fd:
             self._width, self._poly, self.crc = 15, CRC15_POLY, 0
@@ -151,7 +151,9 @@ class BitLayout:
         self._put_fixed(_CRC, self.crc, self._width, 0 if non_iso else 4)
 
     def _put_fixed(self, field: int, value: int, width: int, before: int) -> None:
-        """Fixed stuff bits stand in front of every four bits, of which `before` have come."""
+        """Append bits with a fixed stuff bit before every four of them; `before` bits of the first group are already
+        there.
+        """
         for k in range(width):
             if (before + k) % 4 == 0:
                 self._append(field, 1 - self._last, 1)
@@ -210,7 +212,7 @@ class KeptLayout:
         self._fd_mode = -1
 
     def take(self, box: Mailbox, fd_mode: int) -> None:
-        """This frame is to be sent."""
+        """Lay out this frame, unless the stored layout is already that of the same frame."""
         if fd_mode != self._fd_mode or not self._holds(box):
             frame = codec.frame_at(box.words, 0)
             layout = BitLayout(frame, fd_mode=fd_mode)
@@ -222,7 +224,7 @@ class KeptLayout:
             _mem.copy_record(self._box.words, 0, box.words, 0)
 
     def _holds(self, box: Mailbox) -> bool:
-        """Its record is the same, but for the time."""
+        """Whether the stored record equals this mailbox's, the time stamp ignored."""
         ours, theirs = self._box.words, box.words
         for k in range(1, _RECORD_WORDS):
             if ours[k] != theirs[k]:

@@ -28,7 +28,7 @@ _NEVER, _QUIET, _FREE = NEVER, QUIET, FREE
 _FAR_NS = 1 << 40  # beyond any stretch
 _MOST = 1 << 20
 
-# who sees a disturbed bit
+# which nodes see a disturbed bit
 EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
 
 
@@ -36,13 +36,13 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is called with (time in ps, level) at every change. `disturb` is asked at the start of each bit that the
-    sender drives: it returns who shall see that bit inverted, or -1; `undisturbed` says that this bit has passed
-    already, and well. `spare` is asked ahead: how many of the sender's next bits, of so many, nobody will see inverted,
-    and counts them as passed. Both are None while nothing is to be disturbed; `sender_seen` and `index_seen` are whose
-    bit was the last one to be asked for, or would have been. `coasts` allows for many bits in one step; `aligned` says
-    that no clock forbids it. `watch` is handed each clock whose next bit has just begun; a bus that is `pinned` does
-    not rest.
+    is called with (time in ps, level) at every change. `disturb` is called at the start of each bit that the
+    sender drives: it returns which nodes see that bit inverted, or -1. `undisturbed` means that this bit has passed
+    already without a disturbance. `spare` is called in advance: it returns how many of the sender's next bits, up to a
+    given number, no node will see inverted, and counts them as passed. Both are None if nothing can be disturbed.
+    `sender_seen` and `index_seen` are the node and the index of the last bit for which `disturb` was or would have been
+    called. `coasts` allows many bits in one step; `aligned` means that no clock prevents that. `watch` is called with
+    each clock whose next bit has just begun. A bus that is `pinned` does not rest.
     """
 
     def __cinit__(self) -> None:
@@ -79,7 +79,7 @@ class BitLevel:
         self._apart = Apart()
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
-        """Take over at an instant when the bus is idle and every node is at a bit boundary."""
+        """Start the bit level at an instant when the bus is idle and every node is at a bit boundary."""
         self.origin_ns = origin_ns
         self.origin_ps = origin_ps
         self.now_ps = 0
@@ -94,7 +94,7 @@ class BitLevel:
             self._bring(nodes[k], known[k] if k < len(known) else None)
 
     def add(self, node: Node, at_ps: int) -> None:
-        """A node comes to the bus; it starts out as its `on_bus` and `waiting` say."""
+        """Add a node at this time; `on_bus` and `waiting` of the node determine its first state."""
         if at_ps == 0:
             self._bring(node, None)
             return
@@ -104,7 +104,7 @@ class BitLevel:
         self._take_in(clock, at_ps)
 
     def _bring(self, node: Node, clock: Clock | None) -> None:
-        """A node is there from the start, with the clock that it had the last time if that is at hand."""
+        """Add a node at the start, with its clock of the last time if there is one."""
         if clock is None or clock.node is not node:
             clock = Clock(Station(node, self.tally), 0)
         else:
@@ -126,7 +126,7 @@ class BitLevel:
     def refresh(self, nodes: list[Node], at_ps: int) -> None:
         """Update the stations after nodes were attached, detached, started or stopped."""
         self.now_ps = max(self.now_ps, at_ps)
-        # in the middle of a step, nodes that have just gone off drive their bit to its end
+        # in the middle of a step, nodes that have just left the bus drive their bit to its end
         kept = [clock for clock in self.clocks if self._stepping or clock.node in nodes]
         known = [clock.node for clock in kept]
         self.clocks = kept
@@ -144,7 +144,7 @@ class BitLevel:
             self._settle(self.now_ps)
 
     def stimulate(self, stimulus: Stimulus, at_ps: int) -> None:
-        """Put levels in front of nodes' receivers, from now (`at_ps`) on at the earliest."""
+        """Force levels at nodes' receivers, from now (`at_ps`) on at the earliest."""
         if not self._forcing:
             self._forcing = True
             for clock in self.clocks:
@@ -154,7 +154,7 @@ class BitLevel:
         self._change_ps = min(self._change_ps, max(at_ps, stimulus.next_ps - self.offset_ps()))
 
     def offset_ps(self) -> int:
-        """The time from the timeline's start to `enter`."""
+        """The time from the start of the timeline to `enter`."""
         return self.origin_ns * 1000 + self.origin_ps
 
     def at_ns(self, at_ps: int) -> int:
@@ -172,7 +172,7 @@ class BitLevel:
         return soonest
 
     def transmits(self, node: Node) -> bool:
-        """This node sends, or sent what its error flag now ends."""
+        """Whether this node sends a frame, or an error flag that ends its own frame."""
         return any(clock.node is node and clock.station.transmits() for clock in self.clocks)
 
     def activity(self, node: Node) -> int:
@@ -185,7 +185,7 @@ class BitLevel:
     def coast(self, limit_ns: int) -> bool:
         """Process in one step a stretch of bits in which no node reports anything; False if none begins here.
 
-        `now_ps` is its last sample point then, of the node that samples last, `limit_ns` at the latest.
+        `now_ps` is then the last sample point in the stretch of the node that samples last; it is not after `limit_ns`.
         """
         if not self.coasts or not self.clocks or self._forcing or self.watch is not None:
             return False
@@ -210,7 +210,7 @@ class BitLevel:
         return bits > 0
 
     def _coast_apart(self, limit_ns: int) -> bool:
-        """The same, with each clock followed by itself; all that happens up to `limit_ns` at the latest."""
+        """`coast` for clocks that are not aligned: each is followed separately, at most up to `limit_ns`."""
         apart = self._apart
         if self._flip >= 0:
             return False
@@ -222,7 +222,7 @@ class BitLevel:
         return bits > 0
 
     def _bits_until(self, limit_ns: int, clock: Clock) -> int:
-        """How many more of its samples come by then."""
+        """The number of further samples of this clock up to `limit_ns`."""
         left_ps = self._end_ps(limit_ns) - clock.due_ps - clock.sample_ps()
         if left_ps <= 0:
             return 0
@@ -230,14 +230,14 @@ class BitLevel:
         return bits if bits < _MOST else _MOST
 
     def _end_ps(self, limit_ns: int) -> int:
-        """What comes by then comes before this."""
+        """The first time in ps after `limit_ns`: all events up to `limit_ns` are before it."""
         if limit_ns <= self.origin_ns:
             return 0
         left_ns = limit_ns - self.origin_ns
         return ((left_ns if left_ns < _FAR_NS else _FAR_NS) + 1) * 1000 - self.origin_ps
 
     def _calm(self, stretch: Stretch, bits: int) -> int:
-        """How many of these bits pass undisturbed; the next one is to be asked for."""
+        """How many of these bits pass undisturbed; `disturb` must be called for the bit after them."""
         sender = stretch.sender
         if sender is None or self.disturb is None:
             return bits
@@ -258,7 +258,7 @@ class BitLevel:
         stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
 
     def _show(self, level: int, at_ps: int) -> None:
-        """The wire takes this level, undisturbed, where everybody's bit begins."""
+        """Set the undisturbed level of the wire at a time when a bit of every node begins."""
         if level == 0 and self._wire == 1:
             self._fell_ps = at_ps
         self._wire = level
@@ -268,7 +268,7 @@ class BitLevel:
                 self.capture(self.offset_ps() + at_ps, level)
 
     def replay(self, now_ns: int) -> None:
-        """What has passed up to now, and well."""
+        """Run all bits from the start to the present, which have passed without a disturbance."""
         self.undisturbed = True
         self.aligned = False
         while self.clocks:
@@ -285,7 +285,7 @@ class BitLevel:
         self.step_at(self.next_ps())
 
     def step_at(self, at_ps: int) -> None:
-        """`step` at a known time."""
+        """The same as `step`, at a time that the caller knows."""
         self._stepping = True
         self.aligned = False
         self._step(at_ps)
@@ -347,7 +347,7 @@ class BitLevel:
             self.watch(clock, self.offset_ps() + at_ps)
 
     def _dominant_before(self, clock: Clock, at_ps: int) -> bool:
-        """What a node saw last, before this instant."""
+        """Whether the last level that the node saw before this instant was dominant."""
         if clock.forced != _FREE:
             return clock.forced == 0
         if self.delay_ps == 0 or self.shorted:
@@ -364,7 +364,7 @@ class BitLevel:
         return self._free_together()
 
     def _free_together(self) -> bool:
-        """Everybody's intermission ends at the same boundary, or has ended: nobody may send before another."""
+        """Whether no node may send before another: every intermission has ended, or all end at the same boundary."""
         common = _NEVER
         for clock in self.clocks:
             if clock.station.state != _WAITING and not clock.node.listen_only:
@@ -375,9 +375,9 @@ class BitLevel:
         return True
 
     def leave(self) -> None:
-        """Hand back to the nodes what only stations know: suspend times, and where waiting ones stand.
+        """Give the nodes what only their stations know: suspend times, and the recessive bits that they counted.
 
-        The bus is free from `now_ps` on: the bit boundary that all of them are about to reach, or have reached before.
+        The bus is free from `now_ps` on: the bit boundary that all nodes are about to reach, or have reached before.
         """
         for clock in self.clocks:
             if clock.station.state == _SUSPEND or clock.station.state == _WAITING:
@@ -387,7 +387,7 @@ class BitLevel:
         self._known, self.clocks = self.clocks, []
 
     def _settle(self, at_ps: int) -> None:
-        """Work out the level of the wire, tell the trace, and send edges on their way."""
+        """Compute the level of the wire, call `capture` if it changed, and send edges to the clocks."""
         wire = 0 if self.shorted else 1
         for clock in self.clocks:
             wire &= clock.station.out
@@ -419,7 +419,7 @@ class BitLevel:
                 clock.edge_ps = arrives
 
     def _force(self, at_ps: int) -> None:
-        """Stimuli change; the one that came last decides."""
+        """Apply the stimuli; where several force a level, the last one decides."""
         absolute_ps = self.offset_ps() + at_ps
         self._forced = _FREE
         soonest = _NEVER
@@ -441,7 +441,7 @@ class BitLevel:
                 clock.forced = stimulus.level
 
     def _look_for_edges(self, at_ps: int) -> None:
-        """While levels are forced, an edge is what a node sees as one."""
+        """Find the edges that each node sees while levels are forced."""
         for clock in self.clocks:
             arrives = clock.edge_ps <= at_ps
             if arrives:
@@ -461,7 +461,7 @@ class BitLevel:
         return level ^ 1 if flipped and self._flipped_for(clock) else level
 
     def _undisturbed_level(self, clock: Clock, at_ps: int) -> int:
-        """What is in front of a node's receiver, but for a bit that is to be read wrong."""
+        """The level at a node's receiver, without the inversion of a disturbed bit."""
         if clock.forced != _FREE:
             return clock.forced
         if self.shorted:
@@ -482,7 +482,7 @@ class BitLevel:
         return (clock is self._flip_sender) == (self._flip == SENDER)
 
     def _begin_disturbance(self) -> None:
-        """Ask `disturb` about the bit that the sender has just begun to drive."""
+        """Call `disturb` for the bit that the sender has just begun to drive."""
         sender = self._stretch.first_sender(self.clocks)
         if sender is None:
             driver = self._flip_sender  # an error has ended its frame, but not yet its bit

@@ -1,6 +1,6 @@
 """Frames as bits: stuffing, CRC 15/17/21, lengths, and which field each bit belongs to.
 
-`measure` answers how long a frame is a byte at a time from tables; `encode` lays out every bit.
+`measure` computes the length of a frame byte by byte from tables; `encode` lays out every bit.
 Source: ISO 11898-1:2015 chapters 8.4 and 10.4; reference/can-protocol.md sections 1 to 4.
 """
 
@@ -34,7 +34,7 @@ START_STATE = _START_STATE
 
 
 def _crc15_table() -> array[int]:
-    """What a byte adds to the CRC, by how many bytes follow it: bytes << 8 | byte, up to 5 of header and 8 of data."""
+    """The contribution of a byte to the CRC, by the number of bytes after it (0..12), at index bytes << 8 | byte."""
     table = array("H")
     for follow in range(13):
         for byte in range(256):
@@ -73,7 +73,7 @@ def _stuffed(state: int, bit: int) -> int:
 
 
 def _then(step: int, one: list[int], bit: int) -> int:
-    """One bit more after a step of several."""
+    """Combine a step of several bits with one more bit."""
     last = one[step & 0xF00 | bit]
     return last + (step & 0xF)
 
@@ -109,7 +109,9 @@ def measure(box: Mailbox, fd_mode: int) -> None:
 
 
 def show_error_state(box: Mailbox, passive: bool, fd_mode: int) -> None:
-    """An error-passive sender of an FD frame sets its ESI bit, which may move stuff bits."""
+    """Set the ESI bit of an FD frame if its sender is error passive; stuff bits may move, so the frame is measured
+    again.
+    """
     shown = box.words[1] & _ESI_WORD != 0
     if (passive and not shown) or (box.esi_added and not passive):
         box.words[1] = box.words[1] ^ _ESI_WORD
@@ -118,7 +120,10 @@ def show_error_state(box: Mailbox, passive: bool, fd_mode: int) -> None:
 
 
 def _measure_classic(words: _mem.Words, head: int) -> int:
-    """Bits from SOF to the end of EOF. `count` adds up whole entries: their low bytes are the stuff bits."""
+    """The number of bits from SOF to the end of EOF.
+
+    `count` sums whole table entries: their low bytes are the stuff bits.
+    """
     info = head >> 32
     identifier = head & 0x1FFFFFFF
     dlc = info >> 16 & 15

@@ -1,10 +1,9 @@
 """The CAN bus: arbitration, the length of each frame, and its delivery to receivers.
 
-Undisturbed frames are worked out in one step each: arbitration by the lowest key, exact length, delivery; stepped.py
-knows what happens inside them, for those who can notice. Everything else (errors, collisions, faults, clocks that
-disagree, a trace of levels) goes bit by bit through bit_level.py until the bus rests again. Both ways give the same
-times, counters, events and registers at any moment; tests hold them against each other.
-
+Each undisturbed frame is processed in one step: arbitration by the lowest key, exact length, delivery. stepped.py
+computes what happens inside such a frame, for the nodes that can notice it. Everything else (errors, collisions,
+faults, clocks that disagree, a trace of levels) runs bit by bit in bit_level.py until the bus rests again. Both ways
+give the same times, counters, events and registers at any moment; tests compare them.
 Source: ISO 11898-1:2015; reference/can-protocol.md sections 5 to 8.
 """
 
@@ -59,7 +58,7 @@ class CanBus(BusState):
         timeline.add(self)
 
     def attach(self, node: Node) -> None:
-        """Put a controller on the copper, perhaps in the middle of a frame, of which it sees the rest."""
+        """Connect a controller to the bus; in the middle of a frame it sees the rest of that frame."""
         self.descend()
         node.bus = self
         if node.waiting_from_ns < self.timeline.now_ns:
@@ -72,7 +71,7 @@ class CanBus(BusState):
             self.timeline.interrupted = True
 
     def detach(self, node: Node) -> None:
-        """Take a controller off the copper; others see it go recessive at this moment."""
+        """Disconnect a controller from the bus; the other nodes see its output go recessive at this moment."""
         self.interrupt()
         self.nodes.remove(node)
         node.bus = node.contending = None
@@ -84,7 +83,7 @@ class CanBus(BusState):
         self.timeline.interrupted = True
 
     def changed(self) -> None:
-        """Update the list of nodes that take part, and whether whole frames can be skipped over."""
+        """Update the list of nodes that take part, and whether whole frames can be processed in one step."""
         members = []
         waiting = []
         self._acknowledgers = self._listeners = 0
@@ -110,14 +109,14 @@ class CanBus(BusState):
         self.timeline.interrupted = True
 
     def _link(self, members: list[Node]) -> None:
-        """Chain the members: the frame path follows the chain, which costs no type checks."""
+        """Link the members in a chain, which the frame path follows without type checks."""
         self._members = members
         self._first = members[0] if members else None
         for k, node in enumerate(members):
             node.next_member = members[k + 1] if k + 1 < len(members) else None
 
     def descend(self) -> None:
-        """Go down to the bit level if anything is on the wire, an intermission included."""
+        """Change to the bit level if anything is on the wire, an intermission included."""
         self.interrupt()
         if self._state == _REST and self.timeline.now_ns < self._free_ns:
             self._leave_rest()
@@ -142,17 +141,17 @@ class CanBus(BusState):
             self._rest_if_over()
 
     def _rest_if_over(self) -> None:
-        """The last bit of an intermission belongs to the rest from its sample point on."""
+        """Leave the bit level after the sample point of the last bit of an intermission."""
         if self.bits.resting():
             self._leave_bitwise()
 
     def _replay(self) -> None:
-        """Up to now everything went well, whatever is to come."""
+        """Run the bit level up to now; everything before now went well."""
         self._inside.over = True
         self.bits.replay(self.timeline.now_ns)
 
     def short(self, shorted: bool) -> None:
-        """Short the two wires (a dominant bus for all nodes), or take the short away."""
+        """Short the two wires (the bus is dominant for all nodes), or remove the short."""
         self.interrupt()
         if self._state == _REST and shorted:
             self._leave_rest()
@@ -161,7 +160,7 @@ class CanBus(BusState):
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
-        """Put levels in front of nodes' receivers, from now on at the earliest."""
+        """Force levels at nodes' receivers, from now on at the earliest."""
         self.interrupt()
         if self._state == _REST:
             self._leave_rest()
@@ -169,7 +168,7 @@ class CanBus(BusState):
         self.timeline.interrupted = True
 
     def _leave_rest(self) -> None:
-        """Go down to the bit level while no frame is on the wire, in the midst of an intermission if need be."""
+        """Change to the bit level while no frame is on the wire, if necessary during an intermission."""
         now_ns = self.timeline.now_ns
         self.account()
         sender, self._sender = self._sender, self._nobody
@@ -191,7 +190,7 @@ class CanBus(BusState):
         self._replay()
 
     def busy(self) -> bool:
-        """A frame or an error is on the wire, or a frame waits to go."""
+        """Whether a frame or an error is on the wire, or a frame waits for transmission."""
         return not self.idle() or self._next_start() != _NEVER
 
     def next_ns(self) -> int:
@@ -247,7 +246,9 @@ class CanBus(BusState):
                 self._start(start, limit_ns)
 
     def _go_on(self, limit_ns: int) -> bool:
-        """The common case by a single check: the next frame follows the last one directly."""
+        """Start the next frame directly after the last one: the common case, found by a single check; False if it does
+        not.
+        """
         free = self._free_ns
         now = self.timeline.now_ns
         if free > limit_ns or now > free:
@@ -260,7 +261,7 @@ class CanBus(BusState):
     # whole frames
 
     def _next_start(self) -> int:
-        """When the next SOF is: not before the bus is free, and somebody is ready."""
+        """The time of the next SOF: when the bus is free and a node is ready to send; NEVER if no node has a frame."""
         free = self._free_ns
         soonest = _NEVER
         node = self._first
@@ -278,10 +279,10 @@ class CanBus(BusState):
         return soonest
 
     def _start(self, start_ns: int, limit_ns: int) -> bool:
-        """Arbitrate among everybody who is ready, and find out how the frame will go; False if nobody is.
+        """Arbitrate among all nodes that are ready, and find out how the frame will end; False if no node is ready.
 
-        A frame that is over by `limit_ns`, with nobody to look inside, is not written down in `contending`: its losers
-        are counted immediately. A frame that may be looked at goes through `_contend`.
+        For a frame that is over by `limit_ns` and that no node observes inside, `contending` is not set: arbitration
+        losses are counted immediately. A frame that may be observed is passed to `_contend`.
         """
         sender = None
         lowest = _NOBODY
@@ -337,7 +338,7 @@ class CanBus(BusState):
         return True
 
     def _skippable(self) -> bool:
-        """No injected fault will meet this frame, and everybody will understand it."""
+        """Whether no injected fault affects this frame, and all nodes can read its format."""
         box = self._box
         if box.words[1] >> 32 & _FD:
             if not (self._in_step_switching if box.data_bits else self._in_step_fd):
@@ -362,7 +363,9 @@ class CanBus(BusState):
         return True
 
     def _time_frame(self) -> None:
-        """The frame's end, from its bits at one or two rates; if nobody acknowledges, where its sender finds out."""
+        """Compute the end of the frame from its bits at one or two rates; without an acknowledge, when its sender
+        detects that.
+        """
         node = self._sender
         box = self._box
         bits = box.bits
@@ -379,7 +382,7 @@ class CanBus(BusState):
         self._state = _SENDING
 
     def _happen(self) -> None:
-        """Somebody notices something in the middle of the frame."""
+        """Process an event in the middle of the frame that a node notices."""
         inside = self._inside  # which knows the frame since it began
         inside.first, inside.over = self._first, False
         soonest = inside.happen(self.timeline.now_ns, self._end_ns, self._acknowledged)
@@ -387,7 +390,7 @@ class CanBus(BusState):
             self._next_ns = soonest
 
     def _succeed(self) -> None:
-        """The frame's last EOF bit has passed."""
+        """End the frame after its last EOF bit: count it and deliver it."""
         sender = self._sender
         box = self._box
         if self._rivals:
@@ -432,7 +435,7 @@ class CanBus(BusState):
             node = node.next_member
 
     def _fail_unacknowledged(self, sender: Node, box: Mailbox) -> None:
-        """A lone sender: nobody filled the ACK slot; error flag, delimiter and intermission follow."""
+        """Fail a lone sender's frame: the ACK slot is recessive; error flag, delimiter, intermission follow."""
         self._state = _ERRING
         self._end_ns = self._start_ns + self._end_ps // 1000
         self._flag_passive = sender.passive
@@ -458,14 +461,14 @@ class CanBus(BusState):
         self._enter_at(self._free_ps)
 
     def _enter_at(self, at_ps: int) -> None:
-        """The same, so long after `_start_ns`."""
+        """Enter the bit level `at_ps` picoseconds after `_start_ns`."""
         self._state = _BITWISE
         self.bits.delay_ps = self.delay_ps
         origin_ps = self._start_ns * 1000 + at_ps
         self.bits.enter(self._stations(), origin_ps // 1000, origin_ps % 1000)
 
     def _run_bits(self, limit_ns: int) -> bool:
-        """Step through bits until the limit, the bus rests, or Python must look; False at the limit."""
+        """Run bits until the limit, until the bus rests, or until the timeline is interrupted; False at the limit."""
         bits = self.bits
         bits.aligned = False  # who knows what has happened since
         while not self.timeline.interrupted:

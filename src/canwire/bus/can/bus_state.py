@@ -1,6 +1,6 @@
 """The state of a bus, readable at any moment, even in the middle of a bit.
 
-bus.py moves it on. Whichever way a frame takes, whole or bit by bit, the answers here are the same.
+bus.py changes the state. The values read here are the same for frames processed whole and bit by bit.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _INTERMISSION = 3
 class BusState(Bus):
     """REST between frames, SENDING one as a whole, ERRING after one without an acknowledge, or BITWISE.
 
-    At REST the bus is free from `_free_ns` and `_free_ps` on, maybe not yet: the intermission counts to it. Up to
-    `_busy_from_ns` `load` is complete; at REST it lacks what comes from there to `_free_ns`.
+    At REST the bus is free from `_free_ns` and `_free_ps` on, which may be in the future: the intermission is part of
+    REST. `load` is complete up to `_busy_from_ns`; at REST the time from `_busy_from_ns` to `_free_ns` is missing.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -51,7 +51,7 @@ class BusState(Bus):
         self._rivals = 0
 
     def on_wire(self, node: Node) -> bool:
-        """This node has been the sender since SOF, or still takes part in arbitration."""
+        """Whether this node has been the sender since SOF, or still takes part in arbitration."""
         if self._state == _SENDING:
             return self._look_inside().transmits(node, self.timeline.now_ns)
         if self._state == _ERRING:
@@ -100,15 +100,15 @@ class BusState(Bus):
         return self.load
 
     def busy_ns(self) -> int:
-        """How long the bus has been busy so far."""
+        """The busy time of the bus up to now, in ns."""
         return self.account().busy_ns
 
     def busy_since_ns(self) -> int:
-        """Since when the bus has not rested."""
+        """The time in ns since which the bus has not rested."""
         return self._busy_since_ns
 
     def _look_inside(self) -> SteppedFrame:
-        """The frame on the wire, or the last one."""
+        """The frame on the wire, or the last one if there is none."""
         inside = self._inside
         inside.take(self._start_ns, self._free_ps, self._end_ps, self._sender, self._box)
         inside.first = self._first
@@ -129,7 +129,7 @@ class BusState(Bus):
             node = node.next_member
 
     def _begin_late(self, start_ns: int) -> None:
-        """The bus has rested up to this SOF, if only for a moment."""
+        """Note that the bus rested until this SOF, even if only for a moment."""
         self._free_ps = 0
         if start_ns > self._free_ns + self._pause_ns:
             self._busy_since_ns = start_ns
@@ -139,7 +139,7 @@ class BusState(Bus):
             node.contending = None
 
     def _stations(self) -> list[Node]:
-        """Who is there at the bit level."""
+        """The nodes that take part at the bit level: those on the bus, and those that wait to join it."""
         stations = []
         for node in self.nodes:
             if node.on_bus or node.waiting:
@@ -147,7 +147,7 @@ class BusState(Bus):
         return stations
 
     def _rouse(self, at_ns: int) -> None:
-        """The bus comes to life: sleeping nodes are to hear of it before anything else happens."""
+        """Wake the sleeping nodes at this time, before anything else happens on the bus."""
         for node in self.nodes:
             if node.asleep:
                 self.timeline.at(at_ns, partial(node.woken, at_ns))

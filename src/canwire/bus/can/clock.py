@@ -1,5 +1,5 @@
 # cython: nonecheck=False
-"""One station's bit time: its boundaries, its sample points, and how the edges that it sees move them.
+"""The bit time of one station: its boundaries, its sample points, and how the edges that it sees move them.
 
 Times are bit_level.py's picoseconds.
 Source: ISO 11898-1:2015 chapter 11.3 (bit timing and synchronisation); reference/can-protocol.md section 8.
@@ -32,7 +32,7 @@ _NEVER, _FREE, _RES_FIELD = NEVER, FREE, RES
 
 
 class Clock:
-    """One station's bit time: where its present bit began, when it samples, how far it is corrected."""
+    """The bit time of one station: the start of its present bit, its next sample point, and how far it is corrected."""
 
     def __cinit__(self, *_: object) -> None:
         """As Echo's."""
@@ -49,7 +49,7 @@ class Clock:
         self.begin(at_ps)
 
     def begin(self, at_ps: int) -> None:
-        """A bit boundary of a station that has just come to the bus, or comes back to it."""
+        """Start at a bit boundary: the station has just joined the bus, or joins it again."""
         self.echo.begin()
         self.start_ps = at_ps
         self.due_ps = at_ps  # of its next bit boundary or sample point
@@ -66,7 +66,7 @@ class Clock:
         self.looks = 3  # what it has seen before its sample point, newest in bit 0
 
     def go_off(self, at_ps: int, at_end: bool) -> None:
-        """Its node takes part no more; what it drives ends now, or `at_end` of its bit."""
+        """Leave the bus; the level that the node drives ends now, or at the end of its bit if `at_end`."""
         self.station.wait_for_bus()
         self.data_rate = False
         self.check_ps = self.echo.forget_checks()
@@ -86,7 +86,7 @@ class Clock:
         return self.node.data_sample_ps if self.data_rate else self.node.sample_ps
 
     def begin_bit(self, at_ps: int) -> None:
-        """A bit boundary: `out` may change."""
+        """Begin a bit at a bit boundary: `out` may change."""
         self.start_ps = at_ps
         self.sampling = True
         self.joins = False
@@ -124,9 +124,9 @@ class Clock:
         self.looks = self.looks << 1 & 2 | level
 
     def found(self, level: int) -> int:
-        """The level that the station gets for this sample; a compensating sender uses its second sample points instead.
+        """The level that the station gets for this sample.
 
-        Of three samples two decide.
+        Of three samples, the majority decides. A compensating sender uses its second sample points instead.
         """
         if self.node.sample_gap_ps:
             return 1 if (self.looks & 1) + (self.looks >> 1) + level > 1 else 0
@@ -135,7 +135,9 @@ class Clock:
         return level
 
     def check(self, level: int, at_ps: int) -> None:
-        """A second sample point; or the node looks for the bus and an edge came two quanta ago."""
+        """Process a second sample point, or, for a node that waits for the bus, the end of the edge filter's two
+        quanta.
+        """
         if self.station.state != _WAITING:
             self.check_ps = self.echo.check(level)
             return
@@ -146,7 +148,7 @@ class Clock:
             self._restart_bit(at_ps - 2 * self.node.quantum_ps)
 
     def sampled(self, at_ps: int) -> None:
-        """The sample is taken: the rest of the bit runs at the rate that holds from here on."""
+        """Finish a sample: the rest of the bit runs at the rate that is valid from here on."""
         self.sampling = False
         self.synchronised = False
         change = self.station.rate_change
@@ -156,7 +158,7 @@ class Clock:
         self.due_ps = at_ps + self.bit_ps() - self.sample_ps()
 
     def drive_run(self, levels: bytes, first: int, bits: int, at_ps: int) -> None:
-        """It has driven so many of these levels, in bits that begin at `at_ps`."""
+        """Record that the station drove `bits` of these levels, in bits that begin at `at_ps`."""
         bit_ps = self.bit_ps()
         for k in range(bits):
             self.echo.drive(levels[first + k], at_ps)
@@ -164,13 +166,13 @@ class Clock:
         self.station.out = levels[first + bits - 1]
 
     def drive_steady(self, at_ps: int) -> None:
-        """It drives one level, what flags it sends say, from `at_ps` on."""
+        """Drive one level from `at_ps` on: dominant during an active error flag or an overload flag, else recessive."""
         state = self.station.state
         self.station.out = 0 if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG else 1
         self.echo.drive(self.station.out, at_ps)
 
     def pass_bits(self, bits: int, at_ps: int) -> None:
-        """Count this number of bits, which have begun, the first at `at_ps`, and been sampled."""
+        """Skip this number of bits, the first of which began at `at_ps`; all of them have been sampled."""
         self.start_ps = at_ps + (bits - 1) * self.bit_ps()
         self.due_ps = self.start_ps + self.bit_ps()
         self.synchronised = self.joins = self.edged = False
@@ -196,7 +198,7 @@ class Clock:
             self.joins = self.edged = False
 
     def coasts_with(self, other: Clock) -> bool:
-        """True if both clocks begin a bit at the same time, and their next bits are the same."""
+        """Whether both clocks begin a bit at the same time, and their next bits are the same."""
         return (
             self.due_ps == other.due_ps
             and not self.sampling
@@ -210,7 +212,7 @@ class Clock:
         )
 
     def edge(self, at_ps: int) -> None:
-        """A recessive to dominant edge arrives: synchronise, once between two samples, hard where the frame begins."""
+        """Process a recessive to dominant edge: synchronise once between two samples, hard at the start of a frame."""
         station = self.station
         state = station.state
         if state == _WAITING:  # a node that waits for the bus follows every edge, and starts its count again
@@ -224,10 +226,10 @@ class Clock:
         if self.echo.takes(at_ps) or self.synchronised or station.last_sample == 0:
             return
         idle = state == _IDLE or state == _SUSPEND
-        # of the intermission: all but its first bit
+        # in the intermission: an edge in any bit but the first one
         behind = state == _INTERMISSION and station.left <= (2 if self.sampling else 1)
         if idle or behind:
-            # an SOF behind the last sample of the intermission is joined by those who have one to send themselves
+            # nodes that have a frame to send join an SOF that comes after the last sample of the intermission
             self.joins = station.just_free and state == _IDLE and station.ready_to_send()
             station.sof_seen = idle and not self.joins
             self._restart_bit(at_ps)

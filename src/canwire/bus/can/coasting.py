@@ -1,10 +1,10 @@
 # cython: nonecheck=False
-"""Stretches of bits without any observable event: bit_level.py takes each in one step.
+"""Stretches of bits without any observable event, which bit_level.py processes in one step.
 
-All clocks must stand at the same bit boundary and run at the same rate, so that every edge comes where all of them
-begin a bit anyway. Then either all nodes read what one sender has laid out, and readers that have read the same are
-read for once; or the wire keeps its level for as long as no flag, delimiter, field or count comes to its end. The bit
-where one does is left to bit_level.py, as are all others that do not fit.
+All clocks must be at the same bit boundary and run at the same rate, so that every edge comes where all of them
+begin a bit anyway. Then either all nodes read the levels that one sender laid out, and one reader reads for all those
+that have read the same bits; or the wire keeps its level until a flag, delimiter, field or count ends. bit_level.py
+processes the bit where one ends, and all other bits that do not fit.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _FEW_BITS = 5  # as many equal ones as a frame has
 class Stretch:
     """The next stretch of bits of one bus: `levels` from index `first` on, or `level` for all if it is not -1.
 
-    `sender` is the clock whose frame is read; None between frames.
+    `sender` is the clock of the node whose frame is read; None between frames.
     """
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class Stretch:
         return self._look_ahead(clocks, most)
 
     def first_sender(self, clocks: list[Clock]) -> Clock | None:
-        """The clock of the node that will win among those that still contend."""
+        """The clock of the node that will win among those that still contend; None if no node sends."""
         found = None
         for clock in clocks:
             if not clock.station.transmitting or clock.station.state != _FRAME:
@@ -91,7 +91,7 @@ class Stretch:
         return self._read_along(clocks, most)
 
     def _agreed(self, station: Station, most: int) -> int:
-        """How long a contender drives the same levels, at one rate."""
+        """For how many bits a contender drives the same levels as the sender, at one rate."""
         layout = station.layout
         end = layout.tail_bit
         if layout.fast_bit >= self.first:
@@ -107,7 +107,7 @@ class Stretch:
         return most
 
     def _read_along(self, clocks: list[Clock], most: int) -> int:
-        """How many of the bits are mere bits to all readers: to those that have read what the sender has, all are."""
+        """How many of the bits have no effect in any reader; readers in the sender's own state need no check."""
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
@@ -145,7 +145,7 @@ class Stretch:
         return most if busy and most > 0 else 0  # the bus may come to rest at the next bit
 
     def _in_frame(self, station: Station, level: int) -> int:
-        """Receivers read on while others signal an error; behind the CRC only an ACK slot is more than a bit."""
+        """How many bits of this level a station in a frame can skip; after the CRC only an ACK slot has an effect."""
         reader = station.reader
         field = reader.field
         if field < _CRC_DELIMITER or reader.stuffing:
@@ -160,7 +160,7 @@ class Stretch:
         return station.bits_till_valid(reader.left) if field == _EOF else 0
 
     def _bits_before_error(self, reader: FrameReader, level: int) -> int:
-        """The same for all that have read the same: the last answer holds on."""
+        """How many bits of this level a reader can skip before an error; readers in the same state share one answer."""
         if self._asked is None or not reader_state.alike(reader, self._asked, False):
             self._asked = reader
             reader_state.double(self._scratch, reader)
@@ -173,7 +173,7 @@ class Stretch:
         return began_ps + (bits - 1) * clock.bit_ps() + clock.sample_ps()
 
     def go(self, clocks: list[Clock], bits: int, at_ps: int, sampled_ns: int) -> None:
-        """All of them have had so many bits, the first of which began at `at_ps`, and take the last sample now."""
+        """Advance all clocks by `bits` bits, the first of which began at `at_ps`; all take the last sample now."""
         if self.level < 0:
             self._read_on(clocks, bits)
         for clock in clocks:
@@ -195,7 +195,7 @@ class Stretch:
                 station.index += bits
 
     def level_of(self, bit: int) -> int:
-        """The wire's level in this bit of it."""
+        """The level of the wire in this bit of the stretch."""
         return self.level if self.level >= 0 else self.levels[self.first + bit]
 
     def last_fall(self, bits: int) -> int:
@@ -208,7 +208,7 @@ class Stretch:
         return at - 1 if at > 0 else 0
 
     def _read_on(self, clocks: list[Clock], bits: int) -> None:
-        """One reader reads for all that have read the same."""
+        """Advance the readers: one of them reads for all that have read the same bits."""
         assert self.sender is not None
         lead = self.sender.station
         scratch = self._scratch
@@ -230,13 +230,13 @@ class Stretch:
 
 
 def _can_wait(station: Station) -> bool:
-    """It looks for 11 recessive bits, and no frame will bring them."""
+    """Whether the station waits for 11 recessive bits that cannot come in a frame."""
     waits = station.state == _WAITING and not station.rejoined and not station.node.edge_filter
     return waits and station.run + _FEW_BITS < _RECOVERED
 
 
 def _between(station: Station, level: int) -> int:
-    """For how many bits of this level a station that is in no frame has nothing to tell or to decide."""
+    """For how many bits of this level a station outside a frame has nothing to report or to decide."""
     state = station.state
     if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG:
         return station.left
@@ -262,12 +262,12 @@ def _between(station: Station, level: int) -> int:
 
 
 def _counted(station: Station, level: int) -> int:
-    """How many bits of this level its passive flag has seen in a row."""
+    """How many bits of this level in a row its passive error flag has seen."""
     return station.run if station.run and level == station.flag_level else 0
 
 
 def _keep(station: Station, level: int, bits: int) -> None:
-    """The station has had so many bits of this level."""
+    """Advance the station by `bits` bits of this level."""
     state = station.state
     if state == _FRAME or state == _DELIMITER or state == _INTERMISSION:
         if bits > 1 and state == _FRAME and station.reader.field > _CRC_DELIMITER:
@@ -288,7 +288,7 @@ def _keep(station: Station, level: int, bits: int) -> None:
 
 
 def _pass_tail(station: Station, bits: int) -> int:
-    """All but the last of so many recessive bits behind the ACK slot; how many are left."""
+    """Process all but the last of these recessive bits after the ACK slot; returns how many are left."""
     reader = station.reader
     if reader.field == _ACK_DELIMITER:
         station.sample(1)

@@ -1,11 +1,10 @@
 # cython: nonecheck=False
-"""Stretches of bits of clocks that disagree: each is followed by arithmetic, from one sender's edges to the next.
+"""Stretches of bits of clocks that disagree: each clock is computed from one edge of the sender to the next.
 
 As in coasting.py such a stretch has no observable event. Either one sender is received by readers that have read
-the same: every reader's samples must lie in the sender's very bits, however its edges move their clocks.
-Or the wire stays recessive, and no clock gets to a sample that ends something. All that happens before `end_ps` belongs
-to the stretch; what happens then and later is left to bit_level.py.
-
+the same bits: every sample of a reader must lie in the matching bit of the sender, however edges move its clock.
+Or the wire stays recessive, and no clock reaches a sample that ends something. The stretch contains everything before
+`end_ps`; bit_level.py processes what happens at `end_ps` and later.
 Source: ISO 11898-1:2015 chapter 11.3 (bit timing and synchronisation).
 """
 
@@ -38,9 +37,9 @@ class Apart(Stretch):
         self.latest_ps = 0
 
     def look_apart(self, clocks: list[Clock], wire: int, limit_ps: int, calm: bool) -> int:
-        """How many bits of its lead's begin in it, all before `limit_ps`; 0: there is none.
+        """How many bits of `lead` begin in the stretch, all before `limit_ps`; 0 if there is no stretch.
 
-        `calm` says that no bit of a sender's is to be asked for. The wire has the level `wire` now.
+        `calm` means that `disturb` is called for no bit of a sender. The wire now has the level `wire`.
         """
         self.sender = None
         for clock in clocks:
@@ -63,7 +62,7 @@ class Apart(Stretch):
     # a frame as it is laid out
 
     def _look_along_one(self, clocks: list[Clock], wire: int, limit_ps: int) -> int:
-        """One sender, and all others read its frame."""
+        """The length in bits of a stretch with one sender, whose frame all other nodes read."""
         assert self.sender is not None
         lead = self.sender
         sender, began_ps = lead.station, lead.due_ps
@@ -85,7 +84,7 @@ class Apart(Stretch):
         return self.cut(clocks, self._mere_bits(most))
 
     def _mere_bits(self, most: int) -> int:
-        """How many of the next bits say nothing by themselves; the edge to the res bit sets clocks hard."""
+        """How many of the next bits have no effect by themselves; the edge to the res bit synchronises clocks hard."""
         scratch = self._scratch
         taken = 0
         while taken < most and scratch.field <= _RES_FIELD:
@@ -95,7 +94,7 @@ class Apart(Stretch):
         return taken + scratch.take_run(self.levels, self.first + taken, most - taken)
 
     def cut(self, clocks: list[Clock], bits: int) -> int:
-        """Follow all clocks for so many bits of the sender's frame; 0 if one of them slips out of these."""
+        """Follow all clocks for this number of bits of the frame; 0 if a sample of one of them is in the wrong bit."""
         assert self.lead is not None
         if bits < 1 or self.level >= 0:
             return bits
@@ -108,7 +107,9 @@ class Apart(Stretch):
         return bits
 
     def _follow(self, clock: Clock, bits: int) -> bool:
-        """Where a reader's clock is at the end; False: a sample of its does not lie in the sender's bit."""
+        """Compute a reader's clock at the end; False if one of its samples does not lie in the matching bit of the
+        sender.
+        """
         assert self.lead is not None
         bit_ps, sample_ps = clock.bit_ps(), clock.sample_ps()
         sender_bit_ps, edge_ps = self.lead.bit_ps(), self.lead.due_ps
@@ -146,7 +147,7 @@ class Apart(Stretch):
     # a recessive wire
 
     def _look_at_rest(self, clocks: list[Clock], limit_ps: int) -> int:
-        """Up to where the first of them takes a sample that is more than one more."""
+        """The length of a recessive stretch, up to the first sample of any node that has an effect."""
         self.level = 1
         self.end_ps = limit_ps
         busy = False
@@ -167,7 +168,7 @@ class Apart(Stretch):
         return self._run_down(clocks) if busy else 0
 
     def _run_down(self, clocks: list[Clock]) -> int:
-        """All clocks up to `end_ps`, which nothing corrects on their way."""
+        """Advance all clocks to `end_ps` without any correction."""
         self.latest_ps = -1
         for clock in clocks:
             bit_ps, sample_ps = clock.bit_ps(), clock.sample_ps()
@@ -204,11 +205,11 @@ class Apart(Stretch):
     # continuing
 
     def last_ps(self, began_ps: int, bits: int, clock: Clock) -> int:
-        """When the last thing happens in it."""
+        """The time of the last event in the stretch."""
         return self.latest_ps
 
     def go(self, clocks: list[Clock], bits: int, at_ps: int, sampled_ns: int) -> None:
-        """All of them are where they have been followed to."""
+        """Put all clocks and stations into the state that was computed for the end of the stretch."""
         for clock in clocks:
             station = clock.station
             station.now_ns = sampled_ns
@@ -239,7 +240,7 @@ class Apart(Stretch):
 
 
 def _runs_freely(clock: Clock) -> bool:
-    """Nothing is on its way to this clock, and it reads its own bits where it drives them."""
+    """Whether no edge is on its way to this clock, and the node reads its own bits while it drives them."""
     return (
         clock.edge_ps == _NEVER
         and clock.check_ps == _NEVER
@@ -251,7 +252,7 @@ def _runs_freely(clock: Clock) -> bool:
 
 
 def _correction(clock: Clock, edge_ps: int, start_ps: int, due_ps: int, sampling: bool) -> int:
-    """How a reader's clock takes an edge: what comes due moves by so much."""
+    """By how many ps an edge moves the next event of a reader's clock."""
     node = clock.node
     jump_ps = node.data_jump_ps if clock.data_rate else node.jump_ps
     if not sampling:

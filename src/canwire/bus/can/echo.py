@@ -53,7 +53,7 @@ class Echo:
             self.forget_checks()
 
     def drive(self, level: int, at_ps: int) -> None:
-        """The node drives this from now on."""
+        """Record that the node drives this level from now on."""
         if level == self.last:
             return
         self._history[self.changes % _HISTORY] = at_ps << 1 | level
@@ -61,14 +61,14 @@ class Echo:
         self.changes += 1
 
     def changed_at(self, at_ps: int) -> bool:
-        """The time of its last change."""
+        """Whether its last change was at this time."""
         if self.changes == 0:
             return False
         changed_ps = self._history[(self.changes - 1) % _HISTORY] >> 1
         return changed_ps == at_ps
 
     def level_at(self, at_ps: int) -> int:
-        """What the node drove at an earlier time."""
+        """The level that the node drove at an earlier time."""
         newest = self.changes
         oldest = newest - _HISTORY if newest > _HISTORY else 0
         while newest > oldest:
@@ -85,13 +85,13 @@ class Echo:
         return self.node.loop_ps > 0 and self.level_at(at_ps - self.node.loop_ps) == 0
 
     def measure_from(self, at_ps: int) -> int:
-        """The res bit begins; returns when its edge will be back."""
+        """Start to measure the delay as the res bit begins; returns when its edge will be back."""
         self.measuring_ps = at_ps
         self.measured_ps = 0
         return at_ps + self.node.loop_ps
 
     def _measured(self, at_ps: int) -> bool:
-        """An edge came while the res bit is sent: its delay, unless that is shorter than the filter allows."""
+        """Measure the delay of an edge that came during the res bit, unless it is shorter than the filter allows."""
         if self.measuring_ps == _NEVER:
             return False
         delay_ps = at_ps - self.measuring_ps
@@ -104,7 +104,7 @@ class Echo:
         return True
 
     def look_later(self, level: int, at_ps: int) -> int:
-        """A bit of the data phase begins; returns when the next bit is to be checked."""
+        """Note the second sample point of a data phase bit that begins; returns the time of the next such check."""
         node = self.node
         after_ps = node.second_sample_ps
         if node.measures_delay:
@@ -116,12 +116,12 @@ class Echo:
         return self._checks[0]
 
     def invert(self) -> None:
-        """The bit just begun will be read wrong."""
+        """Note that the node will read the bit that has just begun wrong."""
         if self._expected:
             self._expected.append(self._expected.pop() ^ 1)
 
     def check(self, level: int) -> int:
-        """The second sample point of the oldest bit; returns when the next one is."""
+        """Check the oldest bit at its second sample point; returns the time of the next check, or NEVER."""
         if self._checks:
             self._checks.pop(0)
             if self._expected.pop(0) != level:
@@ -129,13 +129,13 @@ class Echo:
         return self._checks[0] if self._checks else _NEVER
 
     def outcome(self, level: int) -> int:
-        """What an ordinary sample point finds of this level: the opposite if a second one has found an error."""
+        """The level that an ordinary sample point returns: the opposite if a second one has found an error."""
         failed = self.failed
         self.failed = False
         return level ^ 1 if failed else level
 
     def forget_checks(self) -> int:
-        """The data phase is over: no second sample point comes any more (NEVER)."""
+        """Cancel the second sample points at the end of the data phase; returns NEVER."""
         self._checks.clear()
         self._expected.clear()
         self.failed = False

@@ -1,9 +1,8 @@
 # cython: nonecheck=False
-"""A frame taken in bit by bit, as every controller on the bus does, its own sender included.
+"""Reads a frame bit by bit, as every controller on the bus does, its own sender included.
 
 From SOF to the last CRC bit: destuffing, fields, CRC 15/17/21. station.py handles what comes after
 (delimiters, ACK, EOF), and the consequences of errors.
-
 Source: ISO 11898-1:2015 chapter 10.4; reference/can-protocol.md sections 1 to 4.
 """
 
@@ -34,7 +33,7 @@ from canwire.values.dlc import FD_LENGTHS
     _FD_CRC, _CRC, _CRC_DELIMITER,
 ) = range(16)  # fmt: skip
 
-# what came of a bit
+# results of one bit
 TAKEN, STUFF_ERROR, FORM_ERROR, PROTOCOL_EXCEPTION, FAST_FROM_HERE = range(5)
 _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE = range(5)
 
@@ -55,12 +54,12 @@ _PARTS = bytes((
 
 
 class FrameReader:
-    """Reads one frame after another; `begin` before each.
+    """Reads one frame after another; `begin` must be called before each.
 
-    `fd_mode` is Node.fd: a classic reader takes FDF for the reserved bit r0, unless it knows `protocol_exception`.
-    `field` is the one that the next bit belongs to, unless that is a stuff bit; `left` its bits still to come, `value`
-    what of it is there already (of the data, of its present byte; the bytes before stand in `payload`, as a record has
-    them).
+    `fd_mode` is Node.fd: a classic reader reads FDF as the reserved bit r0, unless `protocol_exception` is set. `field`
+    is the field of the next bit, unless that is a stuff bit; `left` is the number of its bits still to come, and
+    `value` the bits read so far (in the data field, those of the present byte; `payload` holds the bytes before it, as
+    in a record).
     """
 
     def __cinit__(self, *_: object) -> None:
@@ -79,13 +78,13 @@ class FrameReader:
         self.begin()
 
     def begin_for(self, node: Node) -> None:
-        """The next bit is an SOF, read by this node."""
+        """Start a frame for this node: the next bit is an SOF."""
         self.fd_mode = node.fd
         self.protocol_exception = node.protocol_exception
         self.begin()
 
     def begin(self) -> None:
-        """The next bit is an SOF."""
+        """Start a frame: the next bit is an SOF."""
         self.field = _SOF
         self.left = 1
         self.value = 0
@@ -103,7 +102,7 @@ class FrameReader:
         self.crc_ok = False
 
     def part(self) -> int:
-        """Which part of a classic frame the next bit belongs to, as the segment codes of SJA1000's ECC have it."""
+        """The part of a classic frame that the next bit belongs to, as a segment code of SJA1000's ECC register."""
         field, left = self.field, self.left
         if field == _BASE:
             return 0x02 if left > 3 else 0x06
@@ -117,13 +116,13 @@ class FrameReader:
         return self.stuffing and self.same == 5
 
     def go_on(self, field: int, bits: int) -> None:
-        """The next `bits` bits are this field."""
+        """Begin this field, which has the next `bits` bits."""
         self.field = field
         self.left = bits
         self.value = 0
 
     def take(self, level: int) -> int:
-        """One bit; returns what came of it."""
+        """Read one bit; returns its result (TAKEN, STUFF_ERROR ...)."""
         if self.stuffing:
             if self.same == 5:
                 return self._stuff_bit(level)
@@ -146,7 +145,9 @@ class FrameReader:
         return _TAKEN
 
     def take_run(self, levels: bytes, first: int, most: int) -> int:
-        """Bits as in `levels`, `most` of them at most; how many before one that is more than TAKEN, or the tail."""
+        """Read up to `most` bits of `levels` from `first` on; returns how many, up to a result other than TAKEN or the
+        tail.
+        """
         for k in range(first, first + most):
             if self.field >= _CRC_DELIMITER and not self.stuffing:
                 return k - first
@@ -155,7 +156,7 @@ class FrameReader:
         return most
 
     def take_steady(self, level: int, most: int) -> int:
-        """The same with bits of one level."""
+        """Read up to `most` bits of one level; returns how many, up to a result other than TAKEN or the tail."""
         for k in range(most):
             if self.field >= _CRC_DELIMITER and not self.stuffing:
                 return k
@@ -164,7 +165,7 @@ class FrameReader:
         return most
 
     def _cover(self, level: int) -> None:
-        """CRC-17 and CRC-21, until the frame is known to be a classic one."""
+        """Update CRC-17 and CRC-21, unless the frame is known to be a classic one."""
         if self.fd or self.field <= _FDF:
             self.crc17 = _shift(self.crc17, level, 17, _CRC17_POLY)
             self.crc21 = _shift(self.crc21, level, 21, _CRC21_POLY)
@@ -272,7 +273,9 @@ class FrameReader:
             self.go_on(_CRC, 15)
 
     def _fd_crc_bit(self, level: int, previous: int) -> int:
-        """Fixed stuff bits stand before every group of four bits, the inverse of their predecessor."""
+        """Read a bit of the FD CRC; a fixed stuff bit before every group of four bits is the inverse of the bit before
+        it.
+        """
         if self.crc_position % 5 == 0:
             if level == previous:
                 return _FORM_ERROR

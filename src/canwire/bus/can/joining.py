@@ -1,6 +1,6 @@
 """Nodes that wait for 11 recessive bits, or for 128 times as many, before they take part.
 
-Asked by bus.py while it skips over whole frames; bit by bit, every station counts for itself.
+bus.py uses this file while it skips over whole frames; at the bit level, every station counts for itself.
 Source: ISO 11898-1:2015 8.2.6 (bus integration), 12.1.4.4 (recovery); reference/can-protocol.md section 7.
 """
 
@@ -16,7 +16,7 @@ class Joining:
     """The nodes that wait on one bus; `nodes` is the bus's own list.
 
     The bus has been recessive since `quiet_from_ns` and, beyond these, `quiet_from_ps` (0..999). Times are compared to
-    the picosecond: whose last bit ends where a frame begins takes part in its arbitration.
+    the picosecond: a node whose last bit ends where a frame begins takes part in the arbitration of that frame.
     """
 
     def __init__(self, nodes: list[Node]) -> None:
@@ -25,11 +25,11 @@ class Joining:
         self.quiet_from_ps = 0
 
     def quiet_from(self) -> int:
-        """The same in picoseconds."""
+        """Since when the bus has been recessive, in ps."""
         return self.quiet_from_ns * 1000 + self.quiet_from_ps
 
     def next_ns(self, start_ns: int, start_ps: int) -> int:
-        """When the first of them has seen enough recessive bits, unless that is after this SOF; or NEVER."""
+        """When the first waiting node has seen enough recessive bits, unless that is after this SOF; or NEVER."""
         soonest = _NEVER
         for node in self.nodes:
             if node.waiting:
@@ -39,7 +39,7 @@ class Joining:
         return soonest
 
     def join(self, at_ns: int, at_ps: int) -> None:
-        """Call `joined` of the nodes that have seen enough by now."""
+        """Call `joined` of the nodes that have seen enough recessive bits by now."""
         for node in self.nodes:
             if node.waiting:
                 due = self._due_ns(node)
@@ -56,7 +56,7 @@ class Joining:
         return node.sequences + (past_ps - 1) // (11 * node.bit_ps) if past_ps > 0 else node.sequences
 
     def count(self, start_ns: int, start_ps: int) -> bool:
-        """An SOF ends the recessive time: whole runs of 11 bits count, the rest is lost. True if one has enough."""
+        """Count whole runs of 11 bits at an SOF, which ends the recessive time; True if a node has enough."""
         enough = False
         for node in self.nodes:
             if node.waiting:
@@ -65,7 +65,7 @@ class Joining:
         return enough
 
     def restart(self) -> None:
-        """The bus is recessive again since `quiet_from_ns`."""
+        """Start counting again: the bus is recessive since `quiet_from_ns`."""
         for node in self.nodes:
             if node.waiting and node.waiting_from_ns <= self.quiet_from_ns:
                 node.waiting_from_ps = self._beyond_ps(node)
@@ -75,7 +75,7 @@ class Joining:
         return node.waiting_from_ns if node.waiting_from_ns > self.quiet_from_ns else self.quiet_from_ns
 
     def _beyond_ps(self, node: Node) -> int:
-        """So many picoseconds behind `_quiet_since`."""
+        """The picoseconds (0..999) by which the node's recessive time begins after `_quiet_since`."""
         if node.waiting_from_ns != self.quiet_from_ns:
             return node.waiting_from_ps if node.waiting_from_ns > self.quiet_from_ns else self.quiet_from_ps
         return max(node.waiting_from_ps, self.quiet_from_ps)
@@ -84,9 +84,9 @@ class Joining:
         return self._quiet_since(node) + self._missing_ps(node) // 1000
 
     def _due_ps(self, node: Node) -> int:
-        """So many picoseconds behind `_due_ns`."""
+        """The picoseconds (0..999) by which the node is due after `_due_ns`."""
         return self._missing_ps(node) % 1000
 
     def _missing_ps(self, node: Node) -> int:
-        """From `_quiet_since` to the end of the last bit that it has to see."""
+        """The time from `_quiet_since` to the end of the last bit that the node must see, in ps."""
         return self._beyond_ps(node) + 11 * (node.waiting - node.sequences) * node.bit_ps

@@ -1,7 +1,7 @@
 """The interface between a bus and its nodes.
 
-A `Node` is one controller as the copper sees it: a bus reads its attributes and calls its methods,
-a chip fills them in. Nothing above knows how a chip is built; nothing here knows registers.
+A `Node` is one controller as its bus sees it: the bus reads its attributes and calls its methods, and a chip
+implements them. The bus does not know how a chip is built, and this file knows no registers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from canwire.values.record import RECORD_SIZE
 if TYPE_CHECKING:
     from canwire.values.timing.check import NodeTiming
 
-# what a detected error does to the counters, by the numbers of reference/can-protocol.md section 7
+# effect of a detected error on the counters, by the numbers of reference/can-protocol.md section 7
 NO_RULE = 0
 RECEIVE_ERROR = 1
 DOMINANT_AFTER_FLAG = 2
@@ -52,7 +52,7 @@ class Mailbox:
     """
 
     def __cinit__(self) -> None:
-        """Compiled: what was never initialised has a record, which is no way out of the interpreter."""
+        """Compiled: give an object that is never initialised a record, so that its use cannot crash the interpreter."""
         self.words = _mem.words_of(_NOWHERE)
 
     def __init__(self) -> None:
@@ -73,10 +73,10 @@ class Mailbox:
 
 
 class Sink:
-    """Where received frames go directly, if no object between the node and the bus needs to see them."""
+    """The destination of received frames, if no object between the node and the bus needs to see them."""
 
     def deliver(self, box: Mailbox, at_ns: int, flags: int) -> None:
-        """A frame; `box` is good until this returns, `flags` are more info bits for its record."""
+        """Deliver a frame; `box` is valid until this returns, `flags` are additional info bits for its record."""
         raise NotImplementedError
 
 
@@ -160,31 +160,31 @@ class Node:
         self.timing: NodeTiming | None = None
 
     def received(self, box: Mailbox, at_ns: int) -> None:
-        """A valid frame ended; `box` is the sender's, good until this returns."""
+        """Called when a valid frame ended; `box` is the sender's, valid until this returns."""
         raise NotImplementedError
 
     def transmitted(self, box: Mailbox, at_ns: int) -> None:
-        """This node's frame went through and was acknowledged."""
+        """Called when this node's frame was transmitted and acknowledged."""
         raise NotImplementedError
 
     def arbitration_lost(self, box: Mailbox, bit: int, at_ns: int) -> None:
-        """A lower arbitration field won; `bit` is where, 0..31 as SJA1000's ALC counts, `at_ns` its SOF."""
+        """Called when a lower arbitration field won; `bit` is where, 0..31 as in SJA1000's ALC, `at_ns` the SOF."""
         raise NotImplementedError
 
     def error(self, kind: int, bit: int, transmitting: bool, rule: int, at_ns: int) -> None:
-        """An error (ErrorKind) was detected at frame bit `bit`; apply counter rule `rule`."""
+        """Called when an error (ErrorKind) was detected at frame bit `bit`; counter rule `rule` must be applied."""
         raise NotImplementedError
 
     def count(self, rule: int, at_ns: int) -> None:
-        """Apply a counter rule that goes with no new error."""
+        """Apply a counter rule that belongs to no new error."""
         raise NotImplementedError
 
     def joined(self, at_ns: int) -> None:
-        """The 11 (after bus-off 128 x 11) recessive bits have been seen; the node is on the bus again."""
+        """Called when the node has seen 11 (after bus-off 128 x 11) recessive bits; it is on the bus again."""
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
-        """The node was asleep, and an SOF (or a short) has come."""
+        """Called when the node was asleep, and an SOF (or a short) has come."""
         raise NotImplementedError
 
 
@@ -192,32 +192,32 @@ NOBODY = Node()  # whom what was never initialised belongs to
 
 
 class Bus(Source):
-    """What a node may ask of its bus; `timeline` holds the present time."""
+    """The methods of its bus that a node may call; `timeline` holds the present time."""
 
     timeline: Timeline
 
     def poll(self, node: Node) -> None:
-        """The node has an offer where it had none; not needed from inside the methods above."""
+        """Announce an offer of a node that had none; not needed from inside the methods above."""
         raise NotImplementedError
 
     def interrupt(self) -> None:
-        """A node is about to change its timing, mode or part in the bus, perhaps in the middle of a frame."""
+        """Prepare a change of a node's timing, mode or part in the bus, perhaps in the middle of a frame."""
         raise NotImplementedError
 
     def changed(self) -> None:
-        """It has; takes effect at this very moment."""
+        """Apply a change that `interrupt` prepared; it takes effect at this very moment."""
         raise NotImplementedError
 
     def on_wire(self, node: Node) -> bool:
-        """This node's frame is being transmitted at this moment."""
+        """Whether this node's frame is being transmitted at this moment."""
         raise NotImplementedError
 
     def idle(self) -> bool:
-        """Nothing is on the wire, and the intermission is over."""
+        """Whether nothing is on the wire, and the intermission is over."""
         raise NotImplementedError
 
     def activity(self, node: Node) -> int:
-        """What a node on the bus does.
+        """What a node on the bus is doing.
 
         RECEIVING or SENDING a frame, FAILED from its error or overload flag to the end of the delimiter,
         RECEIVED_LAST or SENT in the intermission after these, QUIET otherwise.

@@ -1,8 +1,7 @@
-"""Where the bits of each node begin: when a bus comes to rest, and when it goes down to the bit level in mid-bit.
+"""Where the bits of each node begin: when a bus comes to rest, and when it changes to the bit level in mid-bit.
 
-Between frames nodes need not be in step: after an error in a data phase each counts from its own sample point.
-bus.py and bit_level.py ask, once or twice a frame.
-
+Between frames the bits of nodes need not be aligned: after an error in a data phase each node counts from its own
+sample point. bus.py and bit_level.py call these functions once or twice per frame.
 Source: ISO 11898-1:2015 10.4.6 (interframe space), 8.2.6 (bus integration).
 """
 
@@ -18,7 +17,7 @@ _GROUP, _FLAG_BITS, _INTERMISSION_BITS = 11, 6, 3
 
 
 class Clock(Protocol):
-    """What matters here of bit_level.py's."""
+    """The part of bit_level.py's clock that this file uses."""
 
     station: Station
     node: Node
@@ -31,7 +30,7 @@ class Clock(Protocol):
 
 
 def hand_back(clock: Clock, origin_ps: int) -> None:
-    """To a node what only its station knows; bits count from the boundary up to which it has sampled them."""
+    """Give a node the values that only its station knows; bits count from the last boundary up to which it sampled."""
     station, node = clock.station, clock.node
     at_ps = origin_ps + (clock.start_ps if clock.sampling else clock.due_ps)
     if station.state == SUSPEND:
@@ -43,7 +42,7 @@ def hand_back(clock: Clock, origin_ps: int) -> None:
 
 
 def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
-    """An idle node has something to send: it need not wait for its next bit boundary, unless an edge has set it."""
+    """Let an idle node send now: it need not wait for its next bit boundary, unless an edge has set it."""
     for clock in clocks:
         station = clock.station
         idle = station.state == IDLE and not clock.edged and not station.just_free
@@ -53,7 +52,7 @@ def request(clocks: Sequence[Clock], node: Node, at_ps: int) -> None:
 
 
 def resume_frame(clocks: Sequence[Clock]) -> None:
-    """After an SOF: only nodes that still contend take part."""
+    """Continue after an SOF: only nodes that still contend take part in the frame as senders."""
     for clock in clocks:
         station = clock.station
         if station.contending is None and station.state == IDLE:
@@ -61,7 +60,7 @@ def resume_frame(clocks: Sequence[Clock]) -> None:
 
 
 def fail_unacknowledged(clocks: Sequence[Clock], sender: Node, slot: int, passive: bool) -> None:
-    """Where the ACK slot begins: the sender already has the acknowledge error."""
+    """Continue at the start of an ACK slot without acknowledge: the sender already knows of the acknowledge error."""
     for clock in clocks:
         if clock.node is sender:
             _fail_unacknowledged(clock.station, slot, passive)
@@ -80,7 +79,9 @@ def _fail_unacknowledged(station: Station, slot: int, passive: bool) -> None:
 
 
 def resume_intermission(clocks: Sequence[Clock], sender: Node) -> None:
-    """Where the intermission after this frame begins, for all nodes that received it; a suspended node sent it."""
+    """Continue at the start of the intermission after a frame, for all nodes that received it; a suspended node sent
+    it.
+    """
     for clock in clocks:
         station = clock.station
         if station.state == SUSPEND:
@@ -103,7 +104,7 @@ def resume(clocks: Sequence[Clock], origin_ps: int, quiet_from_ps: int) -> None:
 
 
 def resume_waiting(clock: Clock, origin_ps: int, quiet_from_ps: int) -> None:
-    """Its recessive bits began when the bus was quiet, and the node there."""
+    """Continue the count of recessive bits from when the bus was quiet and the node attached."""
     station, node = clock.station, clock.node
     elapsed_ps = origin_ps - max(node.waiting_from_ns * 1000 + node.waiting_from_ps, quiet_from_ps)
     if elapsed_ps <= 0:
@@ -116,7 +117,7 @@ def resume_waiting(clock: Clock, origin_ps: int, quiet_from_ps: int) -> None:
 
 
 def resume_suspended(clock: Clock, origin_ps: int) -> None:
-    """Its last bit ends when it may send."""
+    """Continue the suspend time, whose last bit ends when the node may send."""
     station, node = clock.station, clock.node
     missing_ps = node.suspended_ns * 1000 - origin_ps
     if missing_ps <= 0:
@@ -128,7 +129,7 @@ def resume_suspended(clock: Clock, origin_ps: int) -> None:
 
 
 def _place(clock: Clock, elapsed_ps: int) -> int:
-    """Put a clock so long behind a boundary; how many bits it has sampled since then."""
+    """Put a clock `elapsed_ps` after a boundary; returns how many bits it has sampled since then."""
     node = clock.node
     bits, offset_ps = divmod(elapsed_ps, node.bit_ps)
     sampled = offset_ps > node.sample_ps  # at the very sample point it is about to

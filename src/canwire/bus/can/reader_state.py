@@ -1,7 +1,7 @@
 # cython: nonecheck=False
-"""What a reader has read: as a record, beside another reader's, and handed on to one.
+"""The state of a frame reader: stored as a record, compared with another reader's, and copied to another reader.
 
-Of readers that have read the same only one need read the next bits: coasting.py asks.
+Of several readers in the same state only one needs to read the next bits; coasting.py compares them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _DLC_SHIFT = 16
 
 
 def store(reader: FrameReader, words: _mem.Words) -> None:
-    """Write the frame read, once its CRC was right, as a record."""
+    """Write the frame read to a record, once its CRC was right."""
     head = reader.dlc << _DLC_SHIFT
     if reader.extended:
         head |= _EXTENDED
@@ -36,9 +36,9 @@ def store(reader: FrameReader, words: _mem.Words) -> None:
 
 
 def alike(one: FrameReader, other: FrameReader, classic: bool) -> bool:
-    """True if both are at the same place of the same frame, and will read the next bits alike.
+    """Whether both are at the same place of the same frame, and will read the next bits alike.
 
-    `classic` says that the bits are those of a classic frame, which readers with different FD settings read alike.
+    `classic` means that the bits are those of a classic frame, which readers with different FD settings read alike.
     """
     same = (
         one.field == other.field
@@ -78,7 +78,7 @@ def _have_read_the_same(one: FrameReader, other: FrameReader) -> bool:
 
 
 def _whole_bytes(reader: FrameReader) -> int:
-    """How many bytes of the data it has read."""
+    """How many whole bytes of the data the reader has read."""
     return reader.length - (reader.left + 7) // 8 if reader.field == _DATA else reader.length
 
 

@@ -1,10 +1,9 @@
 # cython: nonecheck=False
-"""One node's protocol machine, bit by bit: what ISO 11898-1 calls medium access control.
+"""The protocol machine of one node, bit by bit: what ISO 11898-1 calls medium access control.
 
-A `Station` is handed the level at each of its sample points and says which level it drives in
-its next bit. It knows no time but `now_ns`, which its owner (bit_level.py) keeps up to date; clocks, the
-wire and disturbances live there. Counters and what follows from them live in the node.
-
+A `Station` gets the level at each of its sample points and sets the level that it drives in its next bit. It knows
+no time but `now_ns`, which its owner (bit_level.py) keeps up to date; bit_level.py has clocks, the wire and
+disturbances. The node has the error counters and their consequences.
 Source: ISO 11898-1:2015 chapters 8 and 10; Bosch CAN FD 1.0; reference/can-protocol.md sections 1 to 7.
 """
 
@@ -55,11 +54,11 @@ _TO_DATA_RATE, _TO_NOMINAL_RATE = TO_DATA_RATE, TO_NOMINAL_RATE
 class Station:
     """The protocol machine of one node.
 
-    `out` is the level it drives, `rate_change` what its clock has to do at this sample point, `sof_seen` that an edge
-    has ended its idle time, `just_free` that the present bit's sample has ended the intermission. `flagged` holds from
-    its error or overload flag to the end of the intermission after it. `counted` is true once the node has counted
-    the frame on the wire as received, `stored` once it has been given this frame. `levels`
-    are those of `layout`, the frame that it sends or sent last.
+    `out` is the level it drives, `rate_change` what its clock must do at this sample point. `sof_seen`: an edge has
+    ended its idle time. `just_free`: the present bit's sample has ended the intermission. `flagged` is true from its
+    error or overload flag to the end of the intermission after it. `counted` is true once the node has counted the
+    frame on the wire as received, `stored` once it has been given this frame. `levels` are those of `layout`, the frame
+    that it sends or sent last.
     """
 
     def __cinit__(self, *_: object) -> None:
@@ -78,7 +77,7 @@ class Station:
         self.begin()
 
     def begin(self) -> None:
-        """Begin when the node joins the bus, or when the bus returns from whole frames."""
+        """Start when the node joins the bus, or when the bus returns from whole frames."""
         node = self.node
         self.now_ns = self.sof_ns = 0
         self.state = _WAITING if node.waiting or not node.on_bus else _IDLE
@@ -87,13 +86,13 @@ class Station:
         self.fast = self.transmitting = self.just_free = self.finished = self.tec_due = False
         self.contending = node.contending
         self.sent = self.box
-        # the last bit that it waited for has been sampled, and an SOF comes before it is over
+        # the last bit that the node waited for has been sampled, and an SOF comes before that bit is over
         self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = self.stored = False
         self._begin_frame()
 
     def begin_bit(self) -> None:
-        """A bit of this node starts: settle what the last one brought about, then choose `out`."""
+        """Start a bit of this node: complete what the last bit caused, then choose `out`."""
         if self.finished:
             self._deliver()
         if self.rejoined:
@@ -117,7 +116,7 @@ class Station:
             self.out = 0
 
     def sample(self, level: int) -> None:
-        """The bus has this level at the node's sample point."""
+        """Process the level of the bus at the node's sample point."""
         self.last_sample = level
         self.rate_change = 0
         state = self.state
@@ -135,7 +134,7 @@ class Station:
             self._flag_bit(level)
 
     def ready_to_send(self) -> bool:
-        """An offer of the node's may start in this bit."""
+        """Whether the node has an offer that may start in this bit."""
         node = self.node
         offer = node.offer
         if offer is None or not node.on_bus or node.listen_only:
@@ -143,7 +142,7 @@ class Station:
         return offer.ready_ns <= self.now_ns and node.suspended_ns <= self.now_ns
 
     def transmits(self) -> bool:
-        """The node sends a frame, or sent what its error flag now ends."""
+        """Whether the node sends a frame, or an error flag that ends its own frame."""
         return self.transmitting and (self.finished or _FRAME <= self.state <= _OVERLOAD_FLAG)
 
     def activity(self) -> int:
@@ -157,7 +156,7 @@ class Station:
         return _QUIET
 
     def resting(self) -> bool:
-        """True if no frame or error is in progress at this node."""
+        """Whether no frame or error is in progress at this node."""
         if self.finished or self.rejoined or self.sof_seen:
             return False
         return (
@@ -165,7 +164,7 @@ class Station:
         )
 
     def wait_for_bus(self) -> None:
-        """Leave a frame or error in progress; the node looks for 11 recessive bits."""
+        """Leave a frame or error in progress, and wait for 11 recessive bits."""
         self.state = _WAITING
         self.transmitting = self.flagged = self.sof_seen = False
         self.finished = self.just_free = self.stored = False
@@ -201,7 +200,7 @@ class Station:
         self.acknowledging = self.acknowledged = self.second_ack = self.fast = self.flagged = False
 
     def _start_receiving(self) -> None:
-        """The bit just sampled is an SOF."""
+        """Start to receive a frame: the bit just sampled is its SOF."""
         self._begin_frame()
         self.transmitting = self.sof_seen = False
         self.state = _FRAME
@@ -260,7 +259,7 @@ class Station:
         self.stored = False
 
     def _hand_over(self) -> None:
-        """The node gets what it has received."""
+        """Give the node, or its sink, the frame that the station has received."""
         reader_state.store(self.reader, self.box.words)
         if self.node.sink is not None:
             self.node.frames_received += 1
@@ -300,10 +299,10 @@ class Station:
             self._error(_STUFF if outcome == _STUFF_ERROR else _FORM, self.index - 1)
 
     def _tolerated(self, level: int, stuff_bit: bool) -> bool:
-        """A sender reads another level than it drives: False when that was an error."""
+        """Whether a sender may read another level than it drives; if not, this handles the error."""
         field = self.reader.field
         if level == 0 and stuff_bit:
-            # spared up to RTR: behind it comes IDE, which a base frame's sender drives dominant
+            # no counting up to RTR: after it comes IDE, which a base frame's sender drives dominant
             if _BASE <= field <= _RTR2 and (field != _IDE or self.levels[self.index + 1] == 1):
                 self._error(_STUFF, self.index, exempt=True)
                 return False
@@ -369,7 +368,7 @@ class Station:
             self.node.count(_RECEIVED, self.now_ns)
 
     def _ack_delimiter_bit(self, level: int) -> None:
-        """CAN FD tolerates an acknowledge that comes one bit late or lasts two bits."""
+        """Process a bit of the ACK delimiter; CAN FD tolerates an acknowledge one bit late or two bits long."""
         late = self.transmitting and not self.acknowledged
         if level == 0 and self.reader.fd and not self.second_ack:
             self.acknowledged = True
@@ -455,7 +454,7 @@ class Station:
             self._dominant_flag_bit(level)
 
     def _dominant_flag_bit(self, level: int) -> None:
-        """A bit error in an active error or overload flag is an error itself: a new error flag begins."""
+        """Process a bit of an active error or overload flag; a bit error in it begins a new error flag."""
         self.left -= 1
         if self.left == 0:
             self.state = _FLAG_WAIT
@@ -466,7 +465,7 @@ class Station:
                 self._begin_error_flag(passive)
 
     def _passive_flag_bit(self, level: int) -> None:
-        """Complete once six equal bits have been seen; `run` counts them, `flag_level` is their level."""
+        """Process a bit of a passive error flag, which six equal bits complete: `run` of level `flag_level`."""
         self.run = self.run + 1 if self.run and level == self.flag_level else 1
         self.flag_level = level
         if level == 0 and self.tec_due:

@@ -1,10 +1,9 @@
 # cython: nonecheck=False
-"""A frame that is stepped over: what happens inside it, when, and what a node does in the middle of it.
+"""A frame that is processed in one step: the events inside it, their times, and what a node does in the middle of it.
 
-bus.py knows how the frame begins and ends. Some nodes could notice more: one that loses arbitration and gets a call,
-one whose REC goes down at the ACK slot, one that stores a frame before its end, one that is looked at. For these nodes
-alone this file computes the results that station.py computes bit by bit.
-
+bus.py computes how the frame begins and ends. Some nodes can notice more: a node that loses arbitration and gets a
+call, a node whose REC decreases at the ACK slot, one that stores a frame before its end, one whose state is read. For
+these nodes alone this file computes the results that station.py computes bit by bit.
 Source: ISO 11898-1:2015 chapters 10.4.2 and 12.1.4; reference/can-protocol.md sections 5 to 7.
 """
 
@@ -23,11 +22,11 @@ _INTERMISSION = 3
 
 
 class SteppedFrame:
-    """The frame that bus.py steps over, or the last one.
+    """The frame that bus.py processes in one step, or the last one.
 
-    It began at `start_ns` and `lead_ps`; `end_ps` counts from `start_ns`. `first` begins the chain of all who are on
-    the bus. Those whose `contending` is set are still in arbitration or, as `sender`, have won it. `over` says that the
-    frame is stepped over no more.
+    It began at `start_ns` and `lead_ps`; `end_ps` counts from `start_ns`. `first` begins the chain of all nodes on the
+    bus. Nodes whose `contending` is set are still in arbitration or, as `sender`, have won it. `over` means that the
+    frame is no longer processed in one step.
     """
 
     def __init__(self) -> None:
@@ -40,7 +39,7 @@ class SteppedFrame:
         self.over = False
 
     def take(self, start_ns: int, lead_ps: int, end_ps: int, sender: Node, box: Mailbox) -> None:
-        """This is the frame."""
+        """Set the frame."""
         self.start_ns = start_ns
         self.lead_ps = lead_ps
         self.end_ps = end_ps
@@ -63,9 +62,10 @@ class SteppedFrame:
         return soonest
 
     def happen(self, now_ns: int, end_ns: int, acknowledged: bool) -> int:
-        """Tell those whose time has come: losers of arbitration, receivers whose REC goes down or that have a frame.
+        """Report the events that are due: to losers of arbitration, to receivers whose REC decreases or that store the
+        frame.
 
-        Returns when the next thing happens, as `next_ns`, unless one of them has had the frame stepped over no more.
+        Returns when the next event is due, as `next_ns`, unless a call changed the bus to the bit level (`over`).
         """
         soonest = due = end_ns
         node = self.first
@@ -97,7 +97,7 @@ class SteppedFrame:
         return soonest
 
     def catch_up(self, node: Node, now_ns: int) -> None:
-        """Count a loss of arbitration up to now that needs no call."""
+        """Count an arbitration loss up to now that needs no call."""
         box = node.contending
         if box is None or node is self.sender or node.attentive or box.single_shot:
             return
@@ -113,7 +113,7 @@ class SteppedFrame:
         return _RECEIVING if joined else _QUIET
 
     def transmits(self, node: Node, now_ns: int) -> bool:
-        """The node has won arbitration, or still takes part in it."""
+        """Whether the node has won arbitration, or still takes part in it."""
         box = node.contending
         return node is self.sender or (box is not None and now_ns <= self._loses_ns(node, box))
 
@@ -137,7 +137,7 @@ class SteppedFrame:
         node.arbitration_lost(box, losing_bit(box.key, self.box.key), self.start_ns)
 
     def _loses_ns(self, node: Node, box: Mailbox) -> int:
-        """Where this contender samples the first bit that is dominant in spite of it."""
+        """When this contender samples the first dominant bit where it sends a recessive one."""
         at_bit = wire_bit(box.key, losing_bit(box.key, self.box.key))
         return self._at_ns(self.lead_ps + at_bit * node.bit_ps + node.sample_ps)
 
@@ -153,11 +153,11 @@ class SteppedFrame:
         return node.validates_early and node is not self.sender and node.stored_ns != self.start_ns
 
     def _valid_ns(self, node: Node) -> int:
-        """Where this receiver samples the last bit of EOF but one."""
+        """When this receiver samples the last bit of EOF but one."""
         return self._at_ns(self.end_ps - 2 * self.sender.bit_ps + node.sample_ps)
 
     def _acknowledges_ns(self, node: Node) -> int:
-        """Where this receiver samples its own acknowledge: its REC goes down (rule 8)."""
+        """When this receiver samples its own acknowledge: its REC decreases then (rule 8)."""
         return self._at_ns(self.end_ps - _ACK_SLOT_TO_EOF_END * self.sender.bit_ps + node.sample_ps)
 
 

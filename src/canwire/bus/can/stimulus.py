@@ -1,6 +1,6 @@
-"""Levels put in front of receivers, but not by a node: what ISO 16845-1 calls the lower tester.
+"""Levels forced at receivers, but not by a node: what ISO 16845-1 calls the lower tester.
 
-bit_level.py asks for them while there are any; forcing.py says where they come from.
+bit_level.py applies them while there are any; forcing.py creates them.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ class Stimulus:
     """One level after another, from given times on, for some nodes or (None) for the wire itself.
 
     `times_ps` rise and count from the timeline's start; `levels` are 0 (dominant), 1 (recessive) or FREE, which
-    lets the wire's own level through. Behind the last one it is over. `level` is the present one, `next_ps` when it
-    changes.
+    leaves the wire's own level. The stimulus is over after the last one. `level` is the present one, `next_ps` the time
+    of the next change.
     """
 
     def __init__(self, times_ps: list[int], levels: list[int], nodes: list[Node] | None) -> None:
@@ -30,7 +30,7 @@ class Stimulus:
         self.next_ps = times_ps[0] if times_ps else _NEVER
 
     def advance(self, at_ps: int) -> None:
-        """Everything up to this time happens."""
+        """Apply all changes up to this time."""
         while self.next_ps <= at_ps and 0 <= self.position < len(self.levels):
             self.level = self.levels[self.position]
             self.position += 1

@@ -1,4 +1,4 @@
-"""What has happened on one bus, counted once for all nodes. Called by bus.py and station.py."""
+"""Events on one bus, counted once for all nodes. bus.py and station.py update it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from canwire.bus.can.node import Mailbox, Node
 
 
 class Tap:
-    """An observer of the wire that is no node."""
+    """An observer of the bus that is not a node."""
 
     def transmitted(self, node: Node, box: Mailbox, at_ns: int) -> None:
-        """The node's frame went through."""
+        """Called when a frame of this node was transmitted."""
         raise NotImplementedError
 
 
 class Tally:
-    """What has happened on one bus, counted once for all its stations."""
+    """Events on one bus, counted once for all its stations."""
 
     def __init__(self) -> None:
         self.frames = 0

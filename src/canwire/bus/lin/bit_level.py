@@ -17,9 +17,9 @@ FREE = -1
 
 
 class LinBitLevel:
-    """`level` is the wire's, `shorted` a level that it is forced to (FREE: it is not).
+    """`level` is the wire's level, `shorted` a level that it is forced to (FREE: none).
 
-    `capture` gets every change as (time in ps, level). `now_ps` is how far it has come, `busy_ps` for how long
+    `capture` gets every change as (time in ps, level). `now_ps` is the time up to which it has run, `busy_ps` how long
     a node has been sending, or the level low, so far.
     """
 
@@ -98,7 +98,7 @@ class LinBitLevel:
             self._settle(at_ps)
 
     def pass_to(self, at_ps: int) -> None:
-        """Time passes and nothing happens."""
+        """Advance the time to `at_ps`, without any event."""
         if at_ps > self.now_ps:
             if self.busy():
                 self.busy_ps += at_ps - self.now_ps
@@ -120,7 +120,7 @@ class LinBitLevel:
         return False
 
     def at_rest(self) -> bool:
-        """No node is sending or reading a frame, and no node has to wait for a response."""
+        """Whether no node is sending or reading a frame, and no node must wait for a response."""
         if self.level == 0 or self.shorted != FREE:
             return False
         return all(station.at_rest() or station.stands_by() for station in self.stations)
@@ -129,7 +129,7 @@ class LinBitLevel:
         return self.level == 1 or self.shorted != FREE or self._fell_ps == at_ps
 
     def _settle(self, at_ps: int) -> None:
-        """Work out the level; all stations receive a change."""
+        """Compute the level of the wire; all stations receive a change."""
         level = self.shorted
         if level == FREE:
             level, flipping = 1, False

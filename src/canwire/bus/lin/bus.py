@@ -1,10 +1,9 @@
 """The LIN bus: one wire, on which the master sends headers and slaves answer.
 
-A plain frame takes two steps: its header, then its response or the silence in its place. Whatever is not plain (two
-who answer, two masters, a clock that does not follow, a fault, a sleeping node, a trace of levels) goes bit by bit
-through bit_level.py until the bus rests again. Both ways give the same times and events; tests hold them
-against each other. Times are picoseconds inside and the nearest nanosecond outside.
-
+A plain frame takes two steps: its header, then its response or the silence in its place. Everything else (two nodes
+that answer, two masters, a clock that does not follow, a fault, a sleeping node, a trace of levels) runs bit by bit
+in bit_level.py until the bus rests again. Both ways give the same times and events; tests compare them. Times are
+picoseconds inside and the nearest nanosecond outside.
 Source: LIN 2.2A 2; reference/lin-protocol.md.
 """
 
@@ -74,7 +73,7 @@ class LinBus(LinMedium):
         self.changed()
 
     def detach(self, node: LinNode) -> None:
-        """Take a controller off the wire; others see it go recessive at this moment."""
+        """Disconnect a controller from the wire; the other nodes see its output go recessive at this moment."""
         self.interrupt()
         self.nodes.remove(node)
         node.bus = None
@@ -129,7 +128,7 @@ class LinBus(LinMedium):
         return self._state == _REST
 
     def short(self, level: int) -> None:
-        """Short the wire to ground (0) or to the supply (1), or take the short away (FREE)."""
+        """Short the wire to ground (0) or to the supply (1), or remove the short (FREE)."""
         self.interrupt()
         if self._state == _REST:
             self._go_bitwise(self._now_ps())
@@ -138,7 +137,7 @@ class LinBus(LinMedium):
         self.timeline.interrupted = True
 
     def interrupt(self) -> None:
-        """Go down to the bit level in the middle of a frame, so that a change shows at its very bit."""
+        """Change to the bit level in the middle of a frame, so that a change takes effect at the present bit."""
         if self._state in (_HEADER, _RESPONSE, _SILENCE):
             disturber, self.wire.disturber = self.wire.disturber, None  # it did not concern what has begun
             self._take_apart()
@@ -152,7 +151,7 @@ class LinBus(LinMedium):
     # load and idleness
 
     def account(self) -> BusLoad:
-        """The load, with what is on the wire counted up to this moment."""
+        """The load, with the frame on the wire counted up to this moment."""
         now_ns = self.timeline.now_ns
         if self._state == _BITWISE:
             self.bits.pass_to(self._now_ps())
@@ -163,7 +162,7 @@ class LinBus(LinMedium):
         return self.load
 
     def busy_ns(self) -> int:
-        """How long the bus has been busy so far."""
+        """The busy time of the bus up to now, in ns."""
         return self.account().busy_ns
 
     def last_edge_ns(self) -> int:
@@ -180,7 +179,7 @@ class LinBus(LinMedium):
         return self._due_ns
 
     def wake_ns(self) -> int:
-        """No program sees the end of a header before the response after it is over."""
+        """When a program can next see an event: the end of a header counts only together with the response after it."""
         if self._state != _HEADER:
             return self._due_ns
         found = self._foreseen(self._offer.id)
@@ -194,7 +193,7 @@ class LinBus(LinMedium):
         return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
 
     def _foreseen(self, id: int) -> LinResponse | None:
-        """The only response to this identifier."""
+        """The response to this identifier, if exactly one node has one; else None."""
         found = [node.responses[id] for node in self._members if node.responses[id] is not None]
         return found[0] if len(found) == 1 else None
 
@@ -256,7 +255,7 @@ class LinBus(LinMedium):
         return followed
 
     def _answer(self) -> None:
-        """The header is over: who answers?"""
+        """End the header: find the nodes that answer, and start the response or the silence."""
         offer, sender = self._offer, self._sender
         id, own = offer.id, offer.response
         owner, found, rivals = sender, own, False
@@ -287,7 +286,7 @@ class LinBus(LinMedium):
                 self._schedule()
 
     def _deliver(self) -> None:
-        """The response is over."""
+        """End the response: report it to its sender and to the other nodes."""
         owner, response, sender = self._owner, self._response, self._sender
         assert response is not None
         at_ns = self.timeline.now_ns
@@ -316,7 +315,7 @@ class LinBus(LinMedium):
         self._due_ns = (self._end_ps + 500) // 1000
 
     def _expire(self) -> None:
-        """Nobody answered in time."""
+        """End the silence: no node answered in time."""
         offer, sender = self._offer, self._sender
         at_ns = self.timeline.now_ns
         self._rest()
@@ -326,7 +325,9 @@ class LinBus(LinMedium):
         sender.finished(offer, at_ns)
 
     def _is_expected(self, id: int, response: LinResponse | None) -> bool:
-        """All subscribers expect this length; or, in silence, an end of it when the sender of the header does."""
+        """Whether all subscribers expect this length; in silence, whether they expect the length that the master
+        expects.
+        """
         for node in self._subscribers[id]:
             length = node.lengths[id]
             if response is None:
@@ -337,7 +338,7 @@ class LinBus(LinMedium):
         return True
 
     def _misses(self, response: LinResponse) -> bool:
-        """The sender of the header expects another length, or the response to be over sooner."""
+        """Whether the sender of the header expects another length, or an earlier end of the response."""
         length = self._offer.length
         return length != response.length or response.bits > longest_response_bits(length)
 
@@ -348,7 +349,7 @@ class LinBus(LinMedium):
     # bit by bit
 
     def _now_ps(self) -> int:
-        """This moment; the bit level may be less than a nanosecond further."""
+        """The present time in ps; the bit level may be less than a nanosecond ahead of the timeline."""
         return max(self.timeline.now_ns * 1000, self.bits.now_ps)
 
     def _go_bitwise(self, at_ps: int) -> None:
@@ -356,7 +357,7 @@ class LinBus(LinMedium):
         self.bits.begin(self._members, at_ps)
 
     def _take_apart(self) -> None:
-        """Put the frame at hand, from the beginning of its present half, on the bit level."""
+        """Continue the present frame at the bit level, from the beginning of its present half."""
         state, began_ns = self._state, nanoseconds(self._phase_ps)
         if state == _RESPONSE and began_ns > self._busy_from_ns:
             self.load.add(self._busy_from_ns, began_ns)
@@ -376,7 +377,7 @@ class LinBus(LinMedium):
             station.enter(self._offer.id, offer, own, bit_ps, self._phase_ps)
 
     def _response_of(self, node: LinNode) -> LinResponse | None:
-        """What the node answers to the header at hand; where several do, each what it had then."""
+        """The node's answer to the present header; if several nodes answer, the response that each had at that time."""
         if self._response is not None:
             return self._response if node is self._owner else None
         if node is self._sender and self._offer.response is not None:
@@ -388,7 +389,7 @@ class LinBus(LinMedium):
         self._go_on()
 
     def _go_on(self) -> None:
-        """Back to plain frames once the bit level rests; then the nodes that wait for a free wire begin."""
+        """Return to plain frames once the bit level rests; then the nodes that wait for a free wire begin."""
         self._count_bits()
         if self.bits.at_rest():
             self._offering = [node for node in self._members if node.offer is not None]
@@ -409,7 +410,7 @@ class LinBus(LinMedium):
         self._due_ns = NEVER if next_ps >= NEVER else max(nanoseconds(next_ps), self.timeline.now_ns)
 
     def _count_bits(self) -> None:
-        """Add the busy time of the bit level since it was last looked at."""
+        """Add the busy time of the bit level since the last call."""
         spent_ns = (self.bits.busy_ps - self._counted_ps) // 1000
         if spent_ns > 0:
             now_ns = self.timeline.now_ns
@@ -418,7 +419,7 @@ class LinBus(LinMedium):
 
 
 def _keeps_up(node: LinNode, sender: LinNode) -> bool:
-    """The node hears this sender's frames without fail, and answers at the very same bit rate."""
+    """Whether the node reads all frames of this sender, and answers at the same bit rate."""
     if sender.break_bits * sender.bit_ps < BREAK_THRESHOLD_BITS * node.bit_ps:
         return False
     return node.bit_ps == sender.bit_ps or (node.synchronises and follows(node.bit_ps, sender.bit_ps))

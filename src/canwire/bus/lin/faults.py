@@ -1,6 +1,6 @@
-"""Disturbances of a LIN bus on purpose: wrong checksums and parities, silence, short breaks, noise, a short.
+"""Scripted disturbances of a LIN bus: wrong checksums and parities, silence, short breaks, noise, a short.
 
-What follows from each (errors, counters, silence) is the bus's and its nodes'.
+The bus and its nodes do what follows from each (errors, counters, silence).
 Source: reference/lin-protocol.md sections 2 and 8.
 """
 
@@ -38,7 +38,7 @@ class LinFault(Scripted):
 
 
 class LinFaults(LinDisturber):
-    """Everything that goes wrong on one bus, by script. Raises BadValue for what no fault can be."""
+    """All scripted faults of one bus. Raises BadValue for arguments that no fault can have."""
 
     def __init__(self, bus: LinBus) -> None:
         self._bus = bus
@@ -56,7 +56,7 @@ class LinFaults(LinDisturber):
         return self._add(frame_id, times, in_response=lambda response: None)
 
     def cut(self, octets: int = 1, frame_id: int | None = None, *, times: int | None = 1) -> LinFault:
-        """The response ends early, after so many bytes (0..8)."""
+        """The response ends early, after `octets` bytes (0..8)."""
         _check("octets", octets, 0, LARGEST_LENGTH)
         return self._add(frame_id, times, in_response=lambda response: _cut(response, octets))
 
@@ -97,7 +97,7 @@ class LinFaults(LinDisturber):
         self._bus.short(FREE)
 
     def clear(self) -> None:
-        """No more scripted faults, and no short."""
+        """Remove all scripted faults and the short."""
         for fault in self._faults:
             fault.cancel()
         self._faults.clear()

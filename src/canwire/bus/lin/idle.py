@@ -1,4 +1,4 @@
-"""A LIN bus without an edge for seconds: its nodes get a call, and go to sleep.
+"""Calls the nodes of a LIN bus that has had no edge for seconds; they fall asleep.
 
 Source: LIN 2.2A 2.6.3; reference/lin-protocol.md section 7.
 """
@@ -12,9 +12,10 @@ from canwire.timeline import Timeline, Timer
 
 
 class Idleness:
-    """Watches over nodes that are awake; `last_edge_ns` returns when the level last changed.
+    """Watches the time since the last edge for nodes that are awake; `last_edge_ns` returns when the level last
+    changed.
 
-    One background timer for them all, which costs nothing while frames come: it fires every `idle_ns` at most.
+    One background timer serves all nodes and costs nothing while frames come: it fires every `idle_ns` at most.
     """
 
     def __init__(self, timeline: Timeline, idle_ns: int | None, last_edge_ns: Callable[[], int]) -> None:
@@ -25,7 +26,7 @@ class Idleness:
         self._timer: Timer | None = None
 
     def watch(self, nodes: Sequence[LinNode]) -> None:
-        """These are on the bus now."""
+        """Set the nodes that are on the bus now."""
         self._nodes = nodes
         if self._timer is None:
             self._arm()

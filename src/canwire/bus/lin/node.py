@@ -1,7 +1,7 @@
 """The interface between a LIN bus and its nodes.
 
-A `LinNode` is one controller as the wire sees it: a bus reads its attributes and calls its methods, a chip
-fills them in. Nothing above knows how a chip is built.
+A `LinNode` is one controller as its bus sees it: the bus reads its attributes and calls its methods, and a chip
+implements them. The bus does not know how a chip is built.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ IDENTIFIERS = 64
 class LinResponse:
     """The bytes that answer a header, with the properties that a record stores.
 
-    `octets` are data and checksum. `enhanced` says which checksum fits, None when neither does. `bits` is the
+    `octets` are data and checksum. `enhanced` says which checksum is right, None if neither is. `bits` is the
     length on the wire from the end of the header, `space_bits` of them before the first byte, and `gap_bits` between
-    any two. `tail` and `sent_tail` are its records behind their time word, as others and as its sender see it.
+    any two. `tail` and `sent_tail` are its records without the first word (the time), as for receivers and its sender.
     """
 
     __slots__ = ("bits", "enhanced", "gap_bits", "id", "length", "octets", "sent_tail", "space_bits", "tail")
@@ -42,13 +42,13 @@ class LinResponse:
     def to_send(
         cls, id: int, data: bytes, enhanced: bool, *, space_bits: int = 0, gap_bits: int = 0
     ) -> LinResponse:
-        """These data with the checksum that goes with them."""
+        """A response with these data and the checksum that belongs to them."""
         checksum = lin_checksum(data, protected_id(id) if enhanced else 0)
         return cls(id, data + bytes([checksum]), enhanced, space_bits=space_bits, gap_bits=gap_bits)
 
     @classmethod
     def heard(cls, id: int, octets: bytes) -> LinResponse:
-        """Bytes as they came over the wire, with the checksum that fits; the receiver knows which one is right."""
+        """A response with bytes as received from the wire; `enhanced` is set by the checksum that is right."""
         data, checksum = octets[:-1], octets[-1]
         if checksum == lin_checksum(data):
             return cls(id, octets, False)
@@ -57,9 +57,9 @@ class LinResponse:
 
 
 class LinOffer:
-    """What a node wants to put on the wire next: a header, with its own response or without, or a wake-up pulse.
+    """The next transmission of a node: a header, with its own response or without, or a wake-up pulse.
 
-    `length` is how many bytes another node's response must have, 0 for as many as come.
+    `length` is how many bytes another node's response must have, 0 for any number.
     """
 
     __slots__ = ("id", "length", "response", "wake_up")
@@ -109,40 +109,40 @@ class LinNode:
         self.header_bits = HEADER_BITS
 
     def received(self, response: LinResponse, at_ns: int) -> None:
-        """A whole response came in; its checksum may be wrong."""
+        """Called when a whole response was received; its checksum may be wrong."""
         raise NotImplementedError
 
     def transmitted(self, response: LinResponse, at_ns: int) -> None:
-        """This node's response went out undisturbed."""
+        """Called when this node's response was sent undisturbed."""
         raise NotImplementedError
 
     def unanswered(self, id: int, received: int, at_ns: int) -> None:
-        """The time for a response is over and `received` bytes came; called for the master and subscribers."""
+        """Called for the master and subscribers when the time for a response is over; `received` bytes came."""
         raise NotImplementedError
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
-        """Something went wrong (LinErrorKind) with the frame `id`, -1 where it is not known."""
+        """Called at an error (LinErrorKind) in the frame `id`, -1 if that is not known."""
         raise NotImplementedError
 
     def finished(self, offer: LinOffer, at_ns: int) -> None:
-        """This node's transmission is over; the calls above have reported the result."""
+        """Called when this node's transmission is over; the calls above have reported the result."""
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
-        """A dominant pulse ended that wakes a sleeping node up."""
+        """Called at the end of a dominant pulse that wakes a sleeping node."""
         raise NotImplementedError
 
     def quiet(self, at_ns: int) -> None:
-        """There has been no edge on the wire for 4 s."""
+        """Called when the wire has had no edge for 4 s."""
         raise NotImplementedError
 
     def rate_found(self, bit_ps: int, at_ns: int) -> None:
-        """A searching node has measured the bit time by a sync field."""
+        """Called when a searching node has measured the bit time in a sync field."""
         raise NotImplementedError
 
 
 class LinMedium(Source):
-    """What a node may ask of its bus."""
+    """The methods of its bus that a node may call."""
 
     def now_ns(self) -> int:
         """The timeline's time."""
@@ -153,15 +153,15 @@ class LinMedium(Source):
         raise NotImplementedError
 
     def poll(self, node: LinNode) -> None:
-        """The node has an offer where it had none."""
+        """Announce an offer of a node that had none."""
         raise NotImplementedError
 
     def interrupt(self) -> None:
-        """A node is about to change its timing or its part in the bus, perhaps in the middle of a frame."""
+        """Prepare a change of a node's timing or of its part in the bus, perhaps in the middle of a frame."""
         raise NotImplementedError
 
     def changed(self) -> None:
-        """It has; takes effect at this very moment."""
+        """Apply a change that `interrupt` prepared; it takes effect at this very moment."""
         raise NotImplementedError
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
@@ -169,7 +169,7 @@ class LinMedium(Source):
         raise NotImplementedError
 
     def on_wire(self, node: LinNode) -> bool:
-        """This node is sending, or waits for the response to its header, at this moment."""
+        """Whether this node is sending, or waits for the response to its header, at this moment."""
         raise NotImplementedError
 
 

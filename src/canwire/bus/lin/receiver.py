@@ -1,4 +1,4 @@
-"""A LIN node's receiver, edge by edge: breaks, sync fields and bytes out of a level that changes.
+"""The receiver of a LIN node, edge by edge: it finds breaks, sync fields and bytes in a changing level.
 
 Source: LIN 2.2A 2.3.1 and 6.3; reference/lin-protocol.md sections 1, 2, 7 and 9.
 """
@@ -30,11 +30,13 @@ class Listener:
     """The reports of a receiver, at times in ps."""
 
     def broke(self, at_ps: int) -> None:
-        """A break ended."""
+        """Called when a break ended."""
         raise NotImplementedError
 
     def lost(self, field: int, at_ps: int) -> None:
-        """The frame cannot be followed any further: IN_SYNC no sync field, IN_PID and IN_DATA a stop bit was 0."""
+        """Called when the receiver lost the frame: in IN_SYNC no valid sync field came, in IN_PID or IN_DATA a stop bit
+        was 0.
+        """
         raise NotImplementedError
 
     def parity_wrong(self, pid: int, at_ps: int) -> None:
@@ -47,7 +49,7 @@ class Listener:
         raise NotImplementedError
 
     def late(self, at_ps: int) -> None:
-        """The time for a response is over."""
+        """Called when the time for a response is over."""
         raise NotImplementedError
 
     def woken(self, at_ps: int) -> None:
@@ -58,7 +60,7 @@ class Listener:
 
 
 class LinReceiver:
-    """Decodes the wire for one node. `mode` says what it waits for, `bit_ps` how long it takes a bit to be."""
+    """Decodes the wire for one node. `mode` is what it waits for, `bit_ps` the bit time that it assumes."""
 
     def __init__(self, node: LinNode, listener: Listener) -> None:
         self.mode = LISTENING
@@ -82,27 +84,29 @@ class LinReceiver:
         return due_ps if due_ps < self.limit_ps else self.limit_ps
 
     def follow(self, mode: int, limit_ps: int = NEVER) -> None:
-        """Wait for something else from now on."""
+        """Wait for `mode` from now on, until `limit_ps` at the latest."""
         self.mode = mode
         self.limit_ps = limit_ps
         self._drop_byte()
 
     def await_response(self, at_ps: int, limit_ps: int) -> None:
-        """The header is over; a quick slave's start bit may have begun in the second half of its last bit."""
+        """Wait for a response; the start bit of a quick slave may have begun in the second half of the header's last
+        bit.
+        """
         self.follow(IN_DATA, limit_ps)
         fell_ps = self._low_since_ps
         if fell_ps != _UNKNOWN and at_ps - fell_ps < self.bit_ps // 2:
             self._begin_byte(fell_ps)
 
     def edge(self, level: int, at_ps: int) -> None:
-        """The wire changed."""
+        """Process a change of level on the wire."""
         if level == 0:
             self._fell(at_ps)
         else:
             self._rose(at_ps)
 
     def act(self, level: int, at_ps: int) -> None:
-        """Do what is due."""
+        """Process the event that is due."""
         if self._over_ps <= at_ps:
             self._complete(self._over_ps)
         elif self._sample_ps <= at_ps:
@@ -157,7 +161,7 @@ class LinReceiver:
             self._await_stop_bit(bit_ps)
 
     def _search(self, at_ps: int) -> None:
-        """Any five falls may be a sync field, if the low pulse before them was 11 of its bits long."""
+        """Look for a sync field: any five falls may be one, if the low pulse before them was 11 of its bits long."""
         self._falls = [*self._falls[-5:], at_ps]
         self._lows = self._lows[-5:]
         if self.mode < LISTENING or len(self._falls) < 6 or len(self._lows) < 5:
@@ -227,7 +231,7 @@ class LinReceiver:
             self._listener.parity_wrong(pid, at_ps)
 
     def _give_up(self, at_ps: int) -> None:
-        """Nothing more comes."""
+        """End the wait at `limit_ps`: nothing more came."""
         mode = self.mode
         if mode == IN_SYNC and self._falls:
             self._lose(at_ps)

@@ -1,4 +1,4 @@
-"""A LIN node's transmitter, bit by bit: it puts levels on the wire and reads each back."""
+"""The transmitter of a LIN node, bit by bit: it puts levels on the wire and reads each back."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _READ_BACK = (PID, DATA)
 class LinSender:
     """Sends fields one after the other. `out` is the level it drives, `due_ps` when it acts next.
 
-    A level that cannot be read back ends it: immediately in break and sync field (the wire is shorted, or another
-    master's), else with the end of the byte. `failure` is the LinErrorKind, `failed_now` true until it
+    A level that is read back wrong ends the transmission: immediately in break and sync field (the wire is shorted, or
+    another master drives it), else at the end of the byte. `failure` is the LinErrorKind, `failed_now` is true until it
     has been handled. `flips` are the bits (field, bit) that a disturbance inverts on the wire.
     """
 
@@ -40,7 +40,7 @@ class LinSender:
         at_ps: int,
         flips: frozenset[tuple[int, int]] = frozenset(),
     ) -> None:
-        """Send these from `at_ps` on; the first level is there once `act` was called for that moment."""
+        """Send these fields from `at_ps` on; a call of `act` at that time drives the first level."""
         self._fields = fields
         self._bit_ps = bit_ps
         self._start_ps = self.due_ps = at_ps
@@ -57,7 +57,7 @@ class LinSender:
         self.active = self.flipping = False
 
     def act(self, wire: int) -> bool:
-        """Do what is due: put the next bit on the wire, or read it back; True when everything was sent."""
+        """Drive the next bit, or read it back, whichever is due; True when all fields were sent."""
         if self._checking:
             self._check(wire)
             return False

@@ -1,4 +1,4 @@
-"""One node of a LIN bus, bit by bit: its place in a frame, what it sends and what it receives."""
+"""One node of a LIN bus, bit by bit: its position in a frame, its transmitter and its receiver."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NONE = LinErrorKind.NONE
 
 
 class LinStation(Listener):
-    """Transmitter, receiver and the frame that they are in; `at_ps` of every call is bus time."""
+    """Transmitter, receiver and the frame in progress; `at_ps` of every call is bus time."""
 
     def __init__(self, node: LinNode, wire: Wire, at_ps: int) -> None:
         self.node = node
@@ -39,16 +39,16 @@ class LinStation(Listener):
         return sends_ps if sends_ps < reads_ps else reads_ps  # asked at each bit: min() takes longer
 
     def at_rest(self) -> bool:
-        """Neither sending nor in a frame."""
+        """Whether the node neither sends nor is in a frame."""
         return not self.sender.active and self.receiver.mode in _RESTING
 
     def stands_by(self) -> bool:
-        """True after a header without any byte of a response, if the node needs no response."""
+        """Whether a header has ended, no byte of a response has come, and the node needs no response."""
         waits = self.receiver.mode == IN_DATA and not self._octets
         return waits and not self._expected and self.offer is None
 
     def rest(self, at_ps: int) -> None:
-        """Wait for the next frame, or asleep for a wake-up; deaf for as long as the node starts up."""
+        """Wait for the next frame, or if asleep for a wake-up; the node receives nothing until it has started up."""
         ready_ps = self.node.ready_ns * 1000
         if self.node.asleep:
             self.receiver.follow(ASLEEP)
@@ -58,12 +58,12 @@ class LinStation(Listener):
             self.receiver.follow(LISTENING)
 
     def obey(self, at_ps: int) -> None:
-        """The node fell asleep or woke up."""
+        """Follow the node, which may have fallen asleep or woken up."""
         if self.at_rest() and self.node.asleep != (self.receiver.mode == ASLEEP):
             self.rest(at_ps)
 
     def begin(self, offer: LinOffer, at_ps: int) -> None:
-        """Send what the node offers."""
+        """Send the node's offer."""
         self.offer = offer
         going_out = Outgoing(wake_fields()) if offer.wake_up else self._wire.header(self.node, offer.id)
         self._send(going_out, self.node.bit_ps, at_ps)
@@ -71,7 +71,7 @@ class LinStation(Listener):
     def enter(
         self, id: int, offer: LinOffer | None, response: LinResponse | None, bit_ps: int, at_ps: int
     ) -> None:
-        """The header ended at `at_ps`; the node answers with this response, or listens."""
+        """Begin a response after the header, which ended at `at_ps`: send this one, or receive one."""
         self.offer = offer
         self.receiver.bit_ps = bit_ps
         self._id = id
@@ -86,7 +86,7 @@ class LinStation(Listener):
             self.receiver.await_response(at_ps, limit_ps)
 
     def act(self, wire: int, at_ps: int) -> None:
-        """Do what is due."""
+        """Process the event that is due."""
         if self.sender.due_ps <= at_ps:
             done = self.sender.act(wire)
             if self.sender.failure is not _NONE and not self._told:
@@ -100,10 +100,10 @@ class LinStation(Listener):
             self.receiver.act(wire, at_ps)
 
     def leave(self) -> None:
-        """The node is off the wire."""
+        """Stop driving the wire: the node is detached."""
         self.sender.stop()
 
-    # what the receiver tells
+    # calls of the receiver
 
     def broke(self, at_ps: int) -> None:
         self._wire.planned = NO_RESPONSE
@@ -171,7 +171,7 @@ class LinStation(Listener):
         return self._id
 
     def _close(self, at_ps: int) -> None:
-        """The frame is over for this node."""
+        """End the frame for this node."""
         self._id = -1
         self._expected = 0
         self._response = None

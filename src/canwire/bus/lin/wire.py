@@ -1,4 +1,4 @@
-"""What the nodes of a LIN bus share besides its level, and the fields on the wire for each header and response."""
+"""The state that the nodes of a LIN bus share besides its level, and the fields of each header and response."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NO_RESPONSE = -1
 
 
 class Outgoing(NamedTuple):
-    """Fields on their way to the wire, and the bits (field, bit) of them that noise inverts for all nodes."""
+    """Fields to be sent, and the bits (field, bit) of them that noise inverts for all nodes."""
 
     fields: list[Field]
     flips: frozenset[tuple[int, int]] = frozenset()
@@ -29,15 +29,15 @@ class LinDisturber:
     """Disturbs headers and responses."""
 
     def concerns(self, id: int) -> bool:
-        """The next frame with this identifier is to be disturbed."""
+        """Whether the next frame with this identifier is to be disturbed."""
         raise NotImplementedError
 
     def header(self, node: LinNode, id: int) -> Outgoing:
-        """What goes out for this node's header."""
+        """The fields to send for this node's header."""
         raise NotImplementedError
 
     def response(self, response: LinResponse) -> Outgoing | None:
-        """What goes out for this response; None: nothing."""
+        """The fields to send for this response; None: nothing."""
         raise NotImplementedError
 
 
@@ -54,7 +54,7 @@ class Wire:
         self.disturber: LinDisturber | None = None
 
     def header(self, node: LinNode, id: int) -> Outgoing:
-        """The header that this node puts on the wire."""
+        """The fields that this node sends for its header, disturbed if a fault concerns it."""
         self.planned = NO_RESPONSE
         disturber = self.disturber
         if disturber is not None and disturber.concerns(id):
@@ -62,7 +62,7 @@ class Wire:
         return plain_header(node, id)
 
     def response(self, response: LinResponse) -> Outgoing | None:
-        """What goes out for this response; None: nothing."""
+        """The fields to send for this response, disturbed if a fault concerns it; None: nothing."""
         disturber = self.disturber
         disturbed = disturber is not None and disturber.concerns(response.id)
         going_out = disturber.response(response) if disturber is not None and disturbed else plain(response)
@@ -71,14 +71,14 @@ class Wire:
         return going_out
 
     def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
-        """A response went through."""
+        """Count a response that was transmitted, and report it to the tap."""
         self.frames += 1
         if self.tap is not None:
             self.tap.transmitted(node, response, at_ns)
 
 
 def plain_header(node: LinNode, id: int) -> Outgoing:
-    """A header as the node is set up to send it."""
+    """An undisturbed header with the node's settings."""
     fields = header_fields(
         protected_id(id),
         break_bits=node.break_bits,
@@ -89,6 +89,6 @@ def plain_header(node: LinNode, id: int) -> Outgoing:
 
 
 def plain(response: LinResponse) -> Outgoing:
-    """A response as it is."""
+    """An undisturbed response."""
     fields = response_fields(response.octets, space_bits=response.space_bits, gap_bits=response.gap_bits)
     return Outgoing(fields)

@@ -22,7 +22,7 @@ RECOVERY_SEQUENCES = 128
 
 
 class CanFdController(Node):
-    """Mailboxes in, frames out, and fault confinement."""
+    """The controller: two mailboxes, and fault confinement."""
 
     def __init__(self, host: Host) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class CanFdController(Node):
         listen_only: bool,
         options: ControllerOptions = USUAL,
     ) -> None:
-        """Bit times in ps: bit, sample point, quantum, PHASE1, jump; `fd` as Node.fd; effective immediately."""
+        """Set bit times in ps: bit, sample point, quantum, PHASE1, jump; `fd` as Node.fd; effective immediately."""
         self._interrupt()
         self.bit_ps, self.sample_ps, self.quantum_ps, self.phase1_ps, self.jump_ps = nominal
         bit, sample, quantum, _, jump = nominal if data is None else data
@@ -95,13 +95,13 @@ class CanFdController(Node):
         return True
 
     def forget(self) -> None:
-        """A classic controller again that takes part, once it is configured."""
+        """Return to the settings of a classic controller that takes part in the bus, until it is configured."""
         self.listen_only = False
         self.fd = 0
         self._take_options(USUAL)
 
     def start(self, at_ns: int, *, integrated: bool = False) -> None:
-        """Come on the bus with clean counters: after 11 recessive bits, or immediately if `integrated`."""
+        """Join the bus with cleared counters: after 11 recessive bits, or immediately if `integrated`."""
         self._interrupt()
         self.confinement.reset()
         self.running = True
@@ -113,7 +113,7 @@ class CanFdController(Node):
         self.host.fill(at_ns)
 
     def stop(self, at_ns: int) -> None:
-        """Leave the bus immediately, in the middle of a bit if need be; frames stay in their mailboxes."""
+        """Leave the bus immediately, even in the middle of a bit; frames stay in their mailboxes."""
         self._interrupt()
         self.running = False
         self.on_bus = False
@@ -129,7 +129,7 @@ class CanFdController(Node):
             self._changed()
 
     def rejoin(self, at_ns: int) -> None:
-        """The plug is in again: wait for 11 recessive bits; error counters do not change."""
+        """Join the bus after a reconnection: wait for 11 recessive bits; error counters do not change."""
         if self.running and self.confinement.state != _BUS_OFF:
             self._interrupt()
             self.on_bus = False
@@ -137,7 +137,7 @@ class CanFdController(Node):
             self._changed()
 
     def state(self) -> int:
-        """ErrorState."""
+        """The present ErrorState."""
         return self.confinement.state if self.running else _STOPPED
 
     # the bus's side

@@ -32,11 +32,11 @@ class LinEar:
     """Receives the frames of a controller, in the order of bus time."""
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        """Another node's response arrived, with a correct checksum."""
+        """Called when another node's response arrived, with a correct checksum."""
         raise NotImplementedError
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
-        """This controller's own response went through."""
+        """Called when this controller's own response was sent."""
         raise NotImplementedError
 
 
@@ -44,19 +44,19 @@ class LinHost:
     """Receives a controller's reports, in the order of bus time."""
 
     def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
-        """A LinErrorKind, with the identifier of its frame or -1."""
+        """Called at a LinErrorKind, with the identifier of its frame or -1."""
         raise NotImplementedError
 
     def state_changed(self, at_ns: int) -> None:
-        """`state()` or `status()` has changed."""
+        """Called when `state()` or `status()` has changed."""
         raise NotImplementedError
 
     def woken(self, at_ns: int) -> None:
-        """Another node's wake-up pulse ended the sleep."""
+        """Called when another node's wake-up pulse ended the sleep."""
         raise NotImplementedError
 
     def finished(self, id: int, outcome: LinOutcome, at_ns: int) -> None:
-        """The transmit buffer is free again: what was in it is over; `id` -1 for a wake-up pulse."""
+        """Called when the transmission is over and the buffer is free again; `id` is -1 for a wake-up pulse."""
         raise NotImplementedError
 
 
@@ -109,7 +109,7 @@ class LinController(LinNode):
         self._changed()
 
     def start(self, at_ns: int) -> None:
-        """Come on the bus, awake, with clean counters; deaf for as long as it starts up."""
+        """Join the bus, awake, with cleared counters; it receives nothing until it has started up."""
         self._interrupt()
         self.frames_sent = self.frames_received = self.headers = self.wake_ups = 0
         self.errors = [0] * len(LinErrorKind)
@@ -120,7 +120,7 @@ class LinController(LinNode):
         self.host.state_changed(at_ns)
 
     def stop(self, at_ns: int) -> None:
-        """Leave the bus immediately, in the middle of a bit if need be; the transmit buffer is discarded."""
+        """Leave the bus immediately, even in the middle of a bit; the transmit buffer is discarded."""
         if not self.running:
             return
         self._interrupt()
@@ -132,7 +132,7 @@ class LinController(LinNode):
             self.host.finished(offer.id, _FAILED, at_ns)
 
     def clear(self) -> None:
-        """Empty the response table and forget all settings of frames."""
+        """Empty the response table and discard all settings of frames."""
         self._interrupt()
         self.table.clear()
         self.lengths = [0] * IDENTIFIERS
@@ -140,7 +140,7 @@ class LinController(LinNode):
         self._changed()
 
     def subscribe(self, id: int, length: int) -> None:
-        """The frame's length is known, and its absence an error; 0: neither."""
+        """Set the length of a frame, whose absence is then an error; 0: any length, and absence is no error."""
         self._interrupt()
         self.lengths[id] = length
         self._changed()
@@ -170,7 +170,7 @@ class LinController(LinNode):
         self._put(LinOffer(-1, wake_up=True))
 
     def sleep(self, at_ns: int) -> None:
-        """Listen for nothing but a wake-up."""
+        """Fall asleep: ignore everything except a wake-up."""
         if self.running and not self.asleep:
             self._interrupt()
             self.asleep = True
@@ -186,7 +186,7 @@ class LinController(LinNode):
         return LinState.INITIALISING if self.ready_ns > at_ns else LinState.OPERATIONAL
 
     def status(self) -> int:
-        """VCI's LIN_STATUS_ bits, but for the overrun, which is the line's to know."""
+        """VCI's LIN_STATUS_ bits, without the overrun, which only the line knows."""
         limit = ERROR_LIMIT_STATUS if sum(self.errors) >= ERROR_LIMIT else 0
         off = BUS_OFF_STATUS if self._bus_off else 0
         return limit | off | (0 if self.running else STOPPED_STATUS)

@@ -18,8 +18,9 @@ class _Entry(NamedTuple):
 
 
 class Role(NamedTuple):
-    """All that a table knows of a frame: its entry, whether it was updated, the events that it is associated with,
-    the frame that it replaces as an event, and which of its bits is the response-error bit."""
+    """The state of a frame in the table: its entry, whether it was updated, the events that it is associated with,
+    the frame that it replaces as an event, and which of its bits is the response-error bit.
+    """
 
     entry: _Entry | None
     updated: bool
@@ -46,7 +47,7 @@ class ResponseTable:
         self._watched: set[int] = set()
 
     def clear(self) -> None:
-        """Empty it, and forget all settings of frames."""
+        """Empty the table, and discard all settings of frames."""
         self.responses[:] = [None] * IDENTIFIERS
         self._entries.clear()
         self._events.clear()
@@ -65,23 +66,23 @@ class ResponseTable:
         self._fill(id)
 
     def remove(self, id: int) -> None:
-        """Answer this header no more."""
+        """Stop answering this header."""
         self._entries.pop(id, None)
         self.updated.discard(id)
         for number in (id, *self._events_of(id)):
             self.responses[number] = None
 
     def associate(self, event: int, id: int) -> None:
-        """Answer the event-triggered `event` with the response of `id` once that was updated.
+        """Answer the event-triggered `event` with the response of `id` if that was updated.
 
-        The first byte of that response is its protected identifier from now on, whatever was put there.
+        The first byte of that response is its protected identifier from now on, instead of the byte in its data.
         """
         self._events[event] = id
         self._watched |= {event, id}
         self._fill(id)
 
     def take(self, id: int) -> Role:
-        """Take the frame out, to be placed under another identifier, or to be kept meanwhile."""
+        """Remove the frame and return its state, to be placed under another identifier, or to be kept meanwhile."""
         entry, updated, events = self._entries.get(id), id in self.updated, tuple(self._events_of(id))
         status_bit = None
         if self._status_bit is not None and self._status_bit[0] == id:
@@ -92,7 +93,7 @@ class ResponseTable:
         return Role(entry, updated, events, self._events.pop(id, None), status_bit)
 
     def place(self, id: int, role: Role) -> None:
-        """The frame has this identifier from now on."""
+        """Put a removed frame under this identifier."""
         if role.entry is not None:
             self._entries[id] = role.entry
             if role.updated:
@@ -111,7 +112,7 @@ class ResponseTable:
         return id in self._events
 
     def put_status_bit(self, id: int, bit: int) -> None:
-        """This bit of this response is the response-error bit."""
+        """Make this bit of this response the response-error bit."""
         self._status_bit = (id, bit)
         self._watched.add(id)
         self._fill(id)
@@ -128,18 +129,18 @@ class ResponseTable:
             self._fill(id)
 
     def make(self, id: int, data: bytes, enhanced: bool) -> LinResponse:
-        """A response, with the checksum and the spaces that go with it."""
+        """A response with its checksum and the present spaces."""
         space, gap = self.spaces
         return LinResponse.to_send(id, data, enhanced, space_bits=space, gap_bits=gap)
 
     def sent(self, id: int) -> None:
-        """The response to this header went out."""
+        """Note that the response to this header was sent."""
         self.updated.discard(id)
         if id in self._watched:
             self._sent(self._events.get(id, id))
 
     def _sent(self, id: int) -> None:
-        """The response of `id` went out, under its own identifier or an event's, and something depends on that."""
+        """Update the settings that depend on a sent response of `id`, sent under its own identifier or an event's."""
         self.updated.discard(id)
         for event in self._events_of(id):
             self.responses[event] = None
@@ -150,7 +151,7 @@ class ResponseTable:
             self.set_response_error(False)
 
     def _fill(self, id: int) -> None:
-        """Work out the response to this header, and to the event-triggered headers of this frame."""
+        """Compute the response to this header, and to the event-triggered headers of this frame."""
         entry = self._entries.get(id)
         if entry is None:
             return

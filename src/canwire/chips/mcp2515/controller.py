@@ -47,7 +47,7 @@ class Mcp2515(Modes):
     # instructions
 
     def reset(self) -> None:
-        """RESET, or the pin of that name: configuration mode, requests and flags gone."""
+        """RESET, or the RESET pin: enter configuration mode, clear requests and flags."""
         self._leave_bus()
         for register in m.MAP.registers:
             at = register.address
@@ -80,7 +80,7 @@ class Mcp2515(Modes):
         self.modify(m.canonical(address), 0xFF, value, written=True)
 
     def modify(self, address: int, mask: int, value: int, *, written: bool = False) -> None:
-        """BIT MODIFY: change the bits that `mask` names; registers that do not know it take all of `value`."""
+        """BIT MODIFY: change the bits in `mask`; registers that do not support it get all bits of `value`."""
         at = m.canonical(address)
         if at not in m.MODIFIABLE or written:
             mask = 0xFF
@@ -104,7 +104,7 @@ class Mcp2515(Modes):
         self._signal()
 
     def load_buffer(self, buffer: int, data: bytes) -> None:
-        """LOAD TX BUFFER: up to 13 bytes from SIDH on, into a buffer (0 to 2) that has nothing to send."""
+        """LOAD TX BUFFER: up to 13 bytes from SIDH on, into a buffer (0 to 2) with no pending request."""
         if not 0 <= buffer < m.TX_BUFFERS or len(data) > m.BUFFER_SIZE:
             raise BadValue(f"buffer {buffer}, {len(data)} bytes: buffers 0..2 take {m.BUFFER_SIZE} bytes")
         at = m.TXBCTRL[buffer]
@@ -154,7 +154,7 @@ class Mcp2515(Modes):
     # pins
 
     def set_rts(self, pin: int, high: bool) -> None:
-        """The level at TXnRTS; a falling edge asks for transmission where TXRTSCTRL says so."""
+        """Set the level at TXnRTS; a falling edge requests transmission if TXRTSCTRL enables that."""
         before = self.rts_levels >> pin & 1
         self.rts_levels = (self.rts_levels & ~(1 << pin)) | (high << pin)
         if before and not high and self.cells[m.TXRTSCTRL] >> pin & m.RTS_RTSM:
@@ -187,7 +187,7 @@ class Mcp2515(Modes):
         return 0
 
     def _rts_inputs(self) -> int:
-        """Levels of the TXnRTS pins that are mere inputs, where TXRTSCTRL shows them."""
+        """Levels of the TXnRTS pins that are plain inputs, in the positions of TXRTSCTRL."""
         return (self.rts_levels & ~self.cells[m.TXRTSCTRL] & 7) * m.RTS_RTS
 
     def _control(self, value: int, mask: int) -> None:
@@ -218,7 +218,7 @@ class Mcp2515(Modes):
         self._progress()
 
     def _abort(self, number: int, flag: int) -> None:
-        """Give up a frame that is to be sent, unless it is on the wire: then, should it fail, it is not repeated."""
+        """Abort a pending frame; one that is on the wire continues, but is not repeated if it fails."""
         if not self.cells[m.TXBCTRL[number]] & m.TX_TXREQ:
             return
         box = self._boxes[number]

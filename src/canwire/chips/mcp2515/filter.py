@@ -30,21 +30,21 @@ class Pattern(NamedTuple):
 
 
 class Acceptance:
-    """Filters and masks as they were when configuration mode was left."""
+    """Filters and masks with the values at the end of configuration mode."""
 
     def __init__(self) -> None:
         self.filters = [Pattern(0, False)] * len(m.RXF)
         self.masks = [0] * len(m.RXM)
 
     def load(self, cells: bytes | bytearray) -> None:
-        """Take them from the chip's registers."""
+        """Load filters and masks from the chip's registers."""
         self.filters = [Pattern.of(cells, at) for at in m.RXF]
         self.masks = [Pattern.of(cells, at).bits for at in m.RXM]
 
     def hit(self, buffer: int, mode: int, id: int, extended: bool, data: bytes) -> int:
-        """The number of the first filter that lets a frame into a receive buffer, or -1.
+        """The number of the first filter that accepts a frame for a receive buffer, or -1.
 
-        `mode` is the buffer's RXM; `data` is what a data frame carries, nothing for a remote frame.
+        `mode` is the buffer's RXM; `data` are the bytes of a data frame, b"" for a remote frame.
         """
         numbers = _FILTERS_OF[buffer]
         if mode == _ALL:

@@ -15,7 +15,7 @@ REMOTE, EXTENDED, DLC_SHIFT = 1 << 22, 1 << 23, 16
 
 
 def compose(box: Mailbox, cells: bytearray, at: int) -> None:
-    """The record of the frame in the transmit buffer whose control register is at `at`."""
+    """Write the frame in the transmit buffer whose control register is at `at` to the record of `box`."""
     high, low, eid8, eid0, length = cells[at + m.SIDH : at + m.DATA]
     info = (length & m.DLC_MASK) << DLC_SHIFT
     id = high << 3 | low >> 5
@@ -31,7 +31,7 @@ def compose(box: Mailbox, cells: bytearray, at: int) -> None:
 
 
 def head_of(id: int, info: int) -> bytes:
-    """Identifier and length of a frame as a receive buffer shows them."""
+    """Identifier and length of a frame in the form of a receive buffer."""
     length = info >> DLC_SHIFT & 15
     if info & EXTENDED:
         length |= m.DLC_RTR if info & REMOTE else 0

@@ -25,7 +25,7 @@ class InterruptPin(Node):
         self._handling = self._edge = False
 
     def _signal(self) -> None:
-        """Let INT follow the flags."""
+        """Set INT from the flags, and call the handler when it becomes active."""
         if not self.cells[_CANINTF] & self.cells[_CANINTE]:
             self.interrupt = False
         elif not self.interrupt:

@@ -35,7 +35,7 @@ _EVERY_BUFFER = range(m.TX_BUFFERS)
 
 
 class BusSide(InterruptPin):
-    """What the bus sees of an MCP2515.
+    """The bus side of an MCP2515.
 
     `mode` is OPMOD. In bus-off `bus_off` is True.
     """
@@ -108,7 +108,7 @@ class BusSide(InterruptPin):
     # frames in
 
     def _take_in(self, box: Mailbox) -> None:
-        """A good frame: keep it, if a buffer lets it in and is free."""
+        """Store a good frame, if a buffer accepts it and is free."""
         cells = self.cells
         _, id, info, data = _RECORD.unpack_from(box.block)
         extended = info & _EXTENDED != 0
@@ -155,7 +155,7 @@ class BusSide(InterruptPin):
         self._kick()
 
     def _request(self, number: int) -> None:
-        """A transmit buffer's frame is to be sent; `_kick` is to follow."""
+        """Request the transmission of a buffer's frame; the caller then calls `_kick`."""
         at = m.TXBCTRL[number]
         cells = self.cells
         if cells[at] & _TXREQ:
@@ -171,14 +171,14 @@ class BusSide(InterruptPin):
         box.ready_ns = self._now_ns()
 
     def _kick(self) -> None:
-        """What is to be sent may have changed."""
+        """Update the offer, as the pending frames may have changed."""
         self._make_offer()
         bus = self.bus
         if self.offer is not None and bus is not None and not self._inside:
             bus.poll(self)
 
     def _make_offer(self) -> None:
-        """The highest TXP goes first, among equals the highest number (3.2)."""
+        """Offer the frame with the highest TXP; of equal ones that of the highest buffer number (3.2)."""
         cells = self.cells
         offer = None
         highest = 0
@@ -190,7 +190,7 @@ class BusSide(InterruptPin):
         self.offer = offer
 
     def _sent(self, box: Mailbox) -> None:
-        """A frame went through."""
+        """Count a transmitted frame and free its buffer."""
         self.frames_sent += 1
         number = self._number(box)
         if number >= 0:
@@ -198,7 +198,7 @@ class BusSide(InterruptPin):
             self._finish(number, 0)
 
     def _failed(self, box: Mailbox, flag: int) -> None:
-        """A frame on the wire lost arbitration or met an error: one-shot mode or an abort make that its last try."""
+        """Note a lost arbitration or an error; in one-shot mode or after an abort the frame is not repeated."""
         number = self._number(box)
         if number < 0:
             return
@@ -214,7 +214,7 @@ class BusSide(InterruptPin):
         self._make_offer()
 
     def _number(self, box: Mailbox) -> int:
-        """Of the transmit buffer whose frame this is; -1 if it is not to be sent any more."""
+        """The number of the transmit buffer of this frame; -1 if it is no longer pending."""
         for number in _EVERY_BUFFER:
             if self._boxes[number] is box and self.cells[0x30 + 16 * number] & _TXREQ:
                 return number
@@ -223,7 +223,7 @@ class BusSide(InterruptPin):
     # what the counters make of it
 
     def _weigh(self) -> None:
-        """EFLG, error passive, bus-off."""
+        """Update EFLG, error passive and bus-off from the counters."""
         tec, rec = self.confinement.tec, self.confinement.rec
         flags = 0
         if tec or rec:
@@ -247,12 +247,12 @@ class BusSide(InterruptPin):
                 self._go_bus_off()
 
     def _go_bus_off(self) -> None:
-        """Off the bus, to come back by itself after 128 times 11 recessive bits."""
+        """Leave the bus; the chip recovers by itself after 128 times 11 recessive bits."""
         self.bus_off = True
         self._wait(_RECOVERY_GROUPS)
 
     def _wait(self, groups: int, from_ns: int = 0) -> None:
-        """Not on the bus until so many groups of 11 recessive bits have passed."""
+        """Leave the bus until `groups` groups of 11 recessive bits have passed."""
         if self.bus is not None:
             self.bus.interrupt()
         self.on_bus = False
@@ -268,7 +268,7 @@ class BusSide(InterruptPin):
     # afterwards
 
     def _settle(self) -> None:
-        """The call is complete: now a mode may change, and the handler of INT may read and write registers."""
+        """End a call of the bus: change the mode if possible, then let the handler of INT access registers."""
         try:
             self._progress()
             self._signal()
@@ -276,4 +276,4 @@ class BusSide(InterruptPin):
             self._inside -= 1
 
     def _progress(self) -> None:
-        """A mode that was asked for may be possible now."""
+        """Enter a requested mode if that is possible now."""

@@ -70,12 +70,12 @@ class Modes(BusSide):
             self._signal()
 
     def _wake_if_flagged(self) -> None:
-        """A wake-up interrupt that is pending lets nobody sleep."""
+        """Wake up if a wake-up interrupt is pending, which prevents sleep."""
         if self.asleep and self.cells[m.CANINTF] & self.cells[m.CANINTE] & m.INT_WAK:
             self._wake()
 
     def _wake(self) -> None:
-        """The oscillator starts; whatever is on the bus meanwhile is lost."""
+        """Start the oscillator; frames on the bus meanwhile are lost."""
         self.asleep = False
         self.cells[m.CANINTF] |= m.INT_WAK
         self.mode = self._wanted = _LISTEN_ONLY
@@ -85,7 +85,7 @@ class Modes(BusSide):
         self._wait(1, started_ns)
 
     def _ask_mode(self, mode: int) -> None:
-        """REQOP was written."""
+        """Request the mode that was written to REQOP."""
         if mode <= _CONFIGURATION and not self.asleep:
             self._wanted = mode
             self._progress()
@@ -104,7 +104,7 @@ class Modes(BusSide):
         self._enter(self._wanted)
 
     def _look_later(self) -> None:
-        """Nobody tells when the bus is idle again, after a frame that has been stored or an error."""
+        """Check again later: no call reports that the bus is idle after a stored frame or an error."""
         if not self._looking and self.bus is not None:
             self._looking = True
             later_ns = self._now_ns() + _LOOK_AGAIN_BITS * self.bit_ps // 1000
@@ -156,7 +156,7 @@ class Modes(BusSide):
         self.passive = self.tainted = False
 
     def _leave_bus(self) -> None:
-        """Leave the bus immediately, in the middle of a bit if need be."""
+        """Leave the bus immediately, even in the middle of a bit."""
         if self.bus is not None:
             self.bus.interrupt()
         self.asleep = self.on_bus = self.listen_only = False
@@ -169,7 +169,7 @@ class Modes(BusSide):
             self.bus.changed()
 
     def _take_settings(self) -> None:
-        """What was written in configuration mode: filters, and bit times by the oscillator as it is."""
+        """Apply the settings of configuration mode: filters, and bit times with the present oscillator."""
         cells = self.cells
         self.acceptance.load(cells)
         timing = timing_of(cells[m.CNF1], cells[m.CNF2], cells[m.CNF3], self.oscillator_hz)
@@ -186,7 +186,7 @@ class Modes(BusSide):
     # loop-back
 
     def _loop(self) -> None:
-        """Send the next frame to itself."""
+        """Send the next frame to the chip itself."""
         box, bus = self.offer, self.bus
         if box is None or bus is None:
             return

@@ -110,7 +110,7 @@ def _pattern(name: str, address: int, title: str, low: tuple[Bit, ...]) -> list[
 
 
 def _unknown(bits: tuple[Bit, ...]) -> str:
-    """After power-up: unknown where there is something, 0 where a register has no bit."""
+    """The value after power-up: x for each bit that the register has, 0 for the others."""
     there = sum(bit.mask for bit in bits) if bits else 0xFF
     return "".join("x" if there >> place & 1 else "0" for place in range(7, -1, -1))
 
@@ -118,7 +118,7 @@ def _unknown(bits: tuple[Bit, ...]) -> str:
 def _buffer(
     name: str, control: int, access: Access, low: tuple[Bit, ...], length: tuple[Bit, ...]
 ) -> list[Register]:
-    """Identifier, length and data behind a control register."""
+    """The registers after a control register: identifier, length and data."""
     rows = [("SIDH", ()), ("SIDL", low), ("EID8", ()), ("EID0", ()), ("DLC", length)]
     rows += [(f"D{place}", ()) for place in range(8)]
     return [
@@ -151,7 +151,7 @@ def _always(
 
 
 def _at_rest(name: str, address: int, title: str, bits: tuple[Bit, ...]) -> Register:
-    """Read in every mode, written in configuration mode."""
+    """A register that every mode reads, and only configuration mode writes."""
     return Register(name, address, READ, BOTH, title, bits, _CLEAR, _CLEAR)
 
 

@@ -58,7 +58,7 @@ _BASIC_CELLS = {"ACR": ACR0, "AMR": AMR0}
 
 
 def view(pelican: bool, resetting: bool) -> tuple[bytearray, bytearray]:
-    """The tables for reads and for writes; addresses that nothing decodes alias those below."""
+    """The tables for reads and for writes; addresses that are not decoded alias lower ones."""
     registers = PELICAN if pelican else BASIC
     size = PELICAN_ADDRESSES if pelican else BASIC_ADDRESSES
     reads = bytearray([ZERO if pelican else ONES]) * size

@@ -74,7 +74,7 @@ class Sja1000(Modes):
 
     @property
     def interrupt(self) -> bool:
-        """INT is active."""
+        """Whether INT is active."""
         return self.interrupts.active
 
     @property
@@ -96,7 +96,7 @@ class Sja1000(Modes):
         return self.oscillator_hz / names.CLOCK_DIVIDERS[divider & names.CDR_DIVIDER_MASK]
 
     def output_pins(self, dominant: bool) -> tuple[str, str]:
-        """TX0 and TX1 as sja1000_output.pins has them; in reset mode they float, asleep they are recessive."""
+        """The states of TX0 and TX1 as in output.pins; in reset mode they float, asleep they are recessive."""
         if self._resetting:
             return FLOAT, FLOAT
         return pins(self.cells[_OCR], dominant and not self.asleep)
@@ -104,7 +104,7 @@ class Sja1000(Modes):
     # registers
 
     def read(self, address: int) -> int:
-        """A register's value, with what reading it brings about; addresses beyond the map alias."""
+        """Read a register, with the side effects of that; addresses beyond the map alias."""
         code = self._reads[address & 127]
         if code < _SPECIAL:
             return self.cells[code]
@@ -191,7 +191,7 @@ class Sja1000(Modes):
             self.cells[_SR] &= ~_BS
 
     def _write_divider(self, value: int) -> None:
-        """CDR: all of it in reset mode, the divider alone in operating mode."""
+        """Write CDR: all of it in reset mode, the divider alone in operating mode."""
         if not self._resetting:
             self.cells[_CDR] = (self.cells[_CDR] & 0xF8) | (value & 7)
             return
@@ -242,7 +242,7 @@ class Sja1000(Modes):
                 self._request(asked & _TR == 0, asked & _AT != 0)
 
     def _abort(self) -> None:
-        """Give up the pending request; a frame under way ends, but is not repeated."""
+        """Abort the pending request; a frame on the wire ends, but is not repeated."""
         offer = self.offer
         if offer is None:
             return

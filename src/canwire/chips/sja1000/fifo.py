@@ -31,7 +31,7 @@ class ReceiveFifo:
         self._size = 0
 
     def compose(self, words: _mem.Words, pelican: bool) -> None:
-        """The frame in a record, as the receive window shows it."""
+        """Lay out the frame of a record in the form of the receive window."""
         message = self._message
         head = words[1]
         info = head >> 32
@@ -62,7 +62,7 @@ class ReceiveFifo:
         self._size = at + length
 
     def store(self) -> bool:
-        """Keep the message composed last; False if there is no room for all of it."""
+        """Store the message composed last; False if it does not fit."""
         size = self._size
         if self.used + size > _SIZE:
             return False
@@ -87,7 +87,7 @@ class ReceiveFifo:
             self.used -= size
 
     def clear(self, start: int) -> None:
-        """No messages; the next one goes to `start`. The bytes stay."""
+        """Remove all messages; the next one is stored at `start`. The bytes stay."""
         self.start = start & 63
         self.count = self.used = 0
 

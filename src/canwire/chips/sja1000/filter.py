@@ -25,7 +25,7 @@ class AcceptanceFilter:
         self.care = 0
 
     def accepts(self, words: _mem.Words) -> bool:
-        """Does the frame in this record pass?"""
+        """Whether the frame in this record passes the filter."""
         head = words[1]
         info = head >> 32
         identifier = head & 0x1FFFFFFF
@@ -43,7 +43,7 @@ class AcceptanceFilter:
         return self._standard(identifier, remote, length, words[2] & 0xFFFF)
 
     def _standard(self, identifier: int, remote: int, length: int, data: int) -> bool:
-        """An 11-bit frame; `data` holds its first byte in bits 7 to 0. Bytes that do not exist match."""
+        """Whether an 11-bit frame passes; `data` has its first byte in bits 7 to 0. Missing bytes match."""
         byte = data & 255
         if self.mode == _SINGLE:
             care = self.care & _SINGLE_STANDARD

@@ -14,9 +14,9 @@ _RI, _EI = IR_RI, IR_EI
 
 
 class Interrupts:
-    """Which interrupts wait to be read.
+    """The pending interrupts.
 
-    `latched` is the interrupt register, `enabled` what may get in there. `active` is True while INT is (low on
+    `latched` is the interrupt register, `enabled` the bits that may be set in it. `active` is True while INT is (low on
     the pin). `handler` is called when INT becomes active; an edge that comes while it runs causes another call
     after it returns, if INT is still active then.
     """
@@ -34,29 +34,29 @@ class Interrupts:
         self.latched |= bits & self.enabled
 
     def level(self, stored: bool) -> None:
-        """PeliCAN's RI is no latch: messages in the FIFO, and enabled."""
+        """Set PeliCAN's RI, which is no latch: it is set while messages are in the FIFO, if enabled."""
         self.latched = (self.latched & ~_RI) | (self.enabled & _RI if stored else 0)
 
     def take(self, kept: int) -> int:
-        """The register, for a read that clears all of it but the bits `kept`."""
+        """Return the register and clear all its bits except `kept`."""
         value = self.latched
         self.latched &= kept
         self.active = self.latched != 0
         return value
 
     def released(self, more: bool) -> None:
-        """A message was released: RI drops, and returns if there are more; so does INT, if RI alone holds it."""
+        """Clear RI after a released message, and set it again if there are more; INT follows if only RI holds it."""
         self.latched &= ~_RI
         self.active = self.latched != 0
         if more:
             self.request(_RI)
 
     def reset(self) -> None:
-        """What reset mode leaves: EI, if it was there."""
+        """Clear the register for reset mode, except EI."""
         self.latched &= _EI
 
     def settle(self) -> None:
-        """Let INT follow the register."""
+        """Set INT from the register, and call the handler when it becomes active."""
         if self.latched == 0:
             self.active = False
         elif not self.active:

@@ -68,10 +68,10 @@ _EXTENDED_INFO, _REMOTE_INFO = 1 << 23, 1 << 22
 
 
 class BusSide(Node):
-    """What the bus sees of an SJA1000.
+    """The bus side of an SJA1000.
 
     `cells` are its bytes (cells.py), `cells[SR]` without TS and RS. `confinement` holds its counters; in
-    bus-off `bus_off` is True and its TEC is what TXERR shows.
+    bus-off `bus_off` is True and TXERR shows its TEC.
     """
 
     def __cinit__(self, *_: object, **__: object) -> None:
@@ -178,7 +178,7 @@ class BusSide(Node):
     # what follows from them
 
     def _take_in(self, words: _mem.Words) -> None:
-        """A good frame: keep it, if the filter lets it pass and there is room."""
+        """Store a good frame, if it passes the filter and fits."""
         if not self.filter.accepts(words):
             return
         self.fifo.compose(words, self.pelican)
@@ -192,14 +192,14 @@ class BusSide(Node):
             self.interrupts.request(_DOI)
 
     def _capture(self, code: int) -> None:
-        """A bus error, for ECC and BEI, which keep the first one until ECC is read."""
+        """Capture a bus error in ECC and BEI, which keep the first one until ECC is read."""
         if self._ecc_free:
             self._ecc_free = False
             self.cells[_ECC] = code
             self.interrupts.request(_BEI)
 
     def _weigh(self) -> None:
-        """What the counters make of the chip: error status, error passive, bus-off."""
+        """Update error status, error passive and bus-off from the counters."""
         tec, rec = self.confinement.tec, self.confinement.rec
         if tec >= _BUS_OFF_LIMIT:
             self._go_bus_off()
@@ -217,7 +217,7 @@ class BusSide(Node):
         self.tainted = rec > 0
 
     def _go_bus_off(self) -> None:
-        """Reset mode, TXERR 127, RXERR 0; the processor has to clear RM before recovery begins."""
+        """Enter reset mode with TXERR 127, RXERR 0; recovery begins when the processor clears RM."""
         self.bus_off = True
         self._enter_reset()
         self.confinement.reset()
@@ -230,13 +230,13 @@ class BusSide(Node):
         raise NotImplementedError
 
     def _give_up(self) -> None:
-        """The transmission request is over, without success."""
+        """End the transmission request without success."""
         self.offer = None
         self.cells[_SR] |= _TBS
         self.interrupts.request(_TI)
 
     def _settle(self) -> None:
-        """The call is complete: now the handler of INT may read and write registers."""
+        """End a call of the bus; now the handler of INT may read and write registers."""
         try:
             self.interrupts.settle()
         finally:
@@ -245,7 +245,7 @@ class BusSide(Node):
     # frames out
 
     def _request(self, self_reception: bool, single_shot: bool) -> None:
-        """Transmit what is in the transmit buffer."""
+        """Request the transmission of the frame in the transmit buffer."""
         status = self.cells[_SR]
         offer = self.offer
         if not status & _TBS:
@@ -266,7 +266,7 @@ class BusSide(Node):
             bus.poll(self)
 
     def _compose(self, words: _mem.Words) -> None:
-        """The record of the frame in the transmit buffer."""
+        """Write the frame in the transmit buffer to a record."""
         cells = self.cells
         at = _TX_RAM
         first, second = cells[at], cells[at + 1]

@@ -54,7 +54,7 @@ class Modes(BusSide):
         self._reads, self._writes = _VIEWS[1]
 
     def hardware_reset(self) -> None:
-        """The RST pin: every register as it is after power-up, RAM and undefined bits unchanged."""
+        """Act on the RST pin: set every register to its value after power-up; RAM and undefined bits stay."""
         self._leave_bus()
         for register in PELICAN.registers:
             if register.address < _CDR and register.after_hardware != "xxxxxxxx":
@@ -74,7 +74,7 @@ class Modes(BusSide):
         self.interrupts.settle()
 
     def pull_interrupt(self) -> None:
-        """Another device pulls the INT line: a sleeping chip wakes up."""
+        """Wake a sleeping chip, as another device pulls the INT line."""
         if self.asleep:
             self._wake()
             self.interrupts.settle()
@@ -83,7 +83,7 @@ class Modes(BusSide):
         self.pull_interrupt()
 
     def _sleep(self) -> None:
-        """Sleep; with bus activity, a pending interrupt or transmission request WUI instead."""
+        """Fall asleep; with bus activity, a pending interrupt or transmission, request WUI instead."""
         if not self.on_bus or self.bus is None:
             return
         if self.interrupts.active or self.offer is not None or not self.bus.idle():
@@ -106,7 +106,7 @@ class Modes(BusSide):
     # reset mode
 
     def _leave_bus(self) -> None:
-        """Leave the bus immediately, in the middle of a bit if need be; requests are discarded."""
+        """Leave the bus immediately, even in the middle of a bit; requests are discarded."""
         if self.bus is not None:
             self.bus.interrupt()
         self.asleep = self.on_bus = False
@@ -149,7 +149,7 @@ class Modes(BusSide):
             self._wait(1, 0)
 
     def _take_settings(self) -> None:
-        """What was written in reset mode: filter, part in the bus, bit times by the oscillator as it is."""
+        """Apply the settings of reset mode: filter, role on the bus, bit times with the present oscillator."""
         cells = self.cells
         mode = cells[_MOD] if self.pelican else 0
         self.filter.mode = BASIC_FILTER
@@ -182,7 +182,7 @@ class Modes(BusSide):
         self._enable()
 
     def _wait(self, groups: int, seen: int) -> None:
-        """Not on the bus until so many groups of 11 recessive bits have passed."""
+        """Leave the bus until `groups` groups of 11 recessive bits have passed."""
         self.on_bus = False
         self.waiting = groups
         self.sequences = seen
@@ -194,14 +194,14 @@ class Modes(BusSide):
         return 0 if self.bus is None else self.bus.timeline.now_ns
 
     def _txerr(self) -> int:
-        """TXERR: in recovery it shows how many of the 128 groups are still to come, from 127 down."""
+        """TXERR; during recovery the number of the 128 groups that are still to come, from 127 down."""
         if self.waiting != _RECOVERY_GROUPS or self.bus is None:
             return self.confinement.tec
         left = _RECOVERY_GROUPS - 1 - self.bus.recessive_groups(self)
         return left if left > 0 else 0
 
     def _enable(self) -> None:
-        """Which interrupts may come; BasicCAN always lets WUI."""
+        """Update the enabled interrupts; BasicCAN always enables WUI."""
         if self.pelican:
             self.interrupts.enabled = self.cells[_IER]
             self.interrupts.level(self.cells[_SR] & _RBS != 0)

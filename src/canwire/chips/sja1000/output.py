@@ -26,7 +26,7 @@ def pins(ocr: int, dominant: bool) -> tuple[str, str]:
 
 
 def _pin(ocr: int, bits: tuple[int, int, int], dominant: bool) -> str:
-    """One push-pull stage: its upper transistor drives a 1, its lower one a 0, if they are enabled."""
+    """The state of one push-pull output: its upper transistor drives a 1, its lower one a 0, if enabled."""
     upper, lower, inverted = bits
     level = (not dominant) != bool(ocr & inverted)
     if level:

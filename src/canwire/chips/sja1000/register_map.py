@@ -110,12 +110,12 @@ _FI = (Bit("FF", 7, 1, ((0, "SFF"), (1, "EFF"))), Bit("RTR", 6), Bit("DLC", 0, 4
 
 
 def _row(first: int, count: int, name: str, operating: Access, reset: Access, title: str) -> list[Register]:
-    """Registers in a row, numbered from 0."""
+    """Consecutive registers, numbered from 0."""
     return [Register(f"{name}{k}", first + k, operating, reset, title) for k in range(count)]
 
 
 def _buffer(address: int, name: str, access: Access, title: str) -> list[Register]:
-    """Frame information and the twelve bytes behind it, in operating mode only."""
+    """Frame information and the twelve bytes after it, in operating mode only."""
     head = Register(f"{name}FI", address, access, NONE, f"{title} frame information", _FI)
     rest = [
         Register(f"{name}{k}", address + k, access, NONE, f"{title} byte {k}") for k in range(1, WINDOW_SIZE)

@@ -221,7 +221,7 @@ class HubChannel(Filtered):
         return end
 
     def _drop_ends(self, reading: RingEnd | None = None, writing: RingEnd | None = None) -> None:
-        """These take the place of the present ones, which are closed; several threads may do that simultaneously."""
+        """Replace the present ends by these and close the present ones; several threads may do that simultaneously."""
         with self._swapping:
             before = self._reading, self._writing
             self._reading, self._writing = reading, writing

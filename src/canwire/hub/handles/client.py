@@ -35,7 +35,7 @@ class Holding(Protocol):
         """The hub has ended this lease, or is gone."""
 
     def leave_to_parent(self, why: Exception) -> None:
-        """This process is a fork of the lease's process: touch nothing that both processes share."""
+        """Called in a fork of the lease's process: touch nothing that both processes share."""
 
     def close(self) -> None:
         """End the lease; a second call has no effect."""

@@ -164,7 +164,7 @@ class ClientTime(ABC):
         return ready()
 
     def wait_once(self, timeout: float | None) -> None:
-        """In lockstep: wait for any signal to this program, for at most `timeout` seconds of that time."""
+        """In lockstep, wait for any signal to this program, for at most `timeout` seconds of that time."""
         if self.company is not None and self.company.waited_once(timeout):
             return
         if self._timed is not None:

@@ -179,7 +179,7 @@ class RingEnd:
         return f"<end of {self.lease.name}'s queue: {'closed' if self._closed else self.contents()}>"
 
     def leave_to_parent(self) -> None:
-        """In a fork: use a private ring that is empty and full. It uses no locks, see Client."""
+        """In a fork, use a private ring that is empty and full. This uses no locks, see Client."""
         self._event = None
         self._lock = threading.Lock()
         self.ring.close()

@@ -30,7 +30,7 @@ class LentMemory:
 
 
 class LentRing(NamedTuple):
-    """What a process needs to use the end of a ring; the lender still owns the descriptors."""
+    """The data that a process needs to use the end of a ring; the lender still owns the descriptors."""
 
     memory: LentMemory
     begin: int

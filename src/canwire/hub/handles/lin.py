@@ -202,7 +202,7 @@ class Monitor(Lease):
         self._drop_end()
 
     def _drop_end(self, reading: RingEnd | None = None) -> None:
-        """This takes the place of the present one, which is closed; several threads may do that simultaneously."""
+        """Replace the present end by this one and close the present one; several threads may do that simultaneously."""
         with self._swapping:
             before, self._reading = self._reading, reading
         if before is not None:

@@ -118,7 +118,7 @@ class LocalLink:
         self._engine.world.timeline.halt()  # in virtual time no more of it passes than the answer took
 
     def _let_time_pass(self, request: Message, call: Pending[Answer], last_ns: int) -> bool:
-        """Until there is an answer. True: time may not pass any further at this moment."""
+        """Let time pass until the call is answered. True: time may not pass any further at this moment."""
         world = self._engine.world
         world.kick_all()
         while not call.settled:

@@ -55,7 +55,7 @@ class Notes:
                 self._leaving.add(name)
 
     def leave(self, writer: Session) -> None:
-        """This client's connection has ended."""
+        """Remove the notes of a client whose connection has ended and that leave with it."""
         for name, (value, other) in list(self._values.items()):
             if other is writer and name in self._leaving:
                 del self._values[name]

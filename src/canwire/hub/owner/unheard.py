@@ -23,5 +23,5 @@ def unheard(world: World) -> bool:
 
 
 def _is_real(board: Board) -> bool:
-    """A card in this machine: it has ports, and no model behind them."""
+    """Whether the board is a real card in this machine: it has ports, but no model."""
     return board.card is None and bool(board.info.resources)

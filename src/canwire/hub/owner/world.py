@@ -107,7 +107,7 @@ class World:
                     self.unplug(hardware_id)
 
     def kick(self, session: Session) -> None:
-        """This client wrote into its transmit queues, or read from a full receive queue."""
+        """Serve the lines of a client that wrote into its transmit queues, or read from a full receive queue."""
         for line in session.sending_lines():
             line.line.kick()
 

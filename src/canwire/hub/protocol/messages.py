@@ -411,7 +411,7 @@ def _requests_of(kind: type) -> msgspec.msgpack.Decoder[tuple[int, Any]]:
 
 @cache
 def _all_requests() -> msgspec.msgpack.Decoder[tuple[int, Any]]:
-    """What a hub has to know; its clients do without."""
+    """The decoder of all requests, which a hub needs and clients do not."""
     from canwire.hub.protocol.lin_messages import LinRequest
 
     return msgspec.msgpack.Decoder(tuple[int, Request | LinRequest])

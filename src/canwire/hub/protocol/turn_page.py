@@ -46,7 +46,7 @@ class TurnPage:
         return asked
 
     def given(self, asked: int) -> bool:
-        """This wait is over."""
+        """Whether this wait is over."""
         return _mem.load_acquire(self._words, _GIVEN) == asked
 
     def now_ns(self) -> int:
@@ -57,7 +57,9 @@ class TurnPage:
         _mem.store_release(self._words, _STIRS, _mem.load_acquire(self._words, _STIRS) + 1)
 
     def call(self) -> None:
-        """From a thread that takes no turns: the one whose page this is looks again, too, be it after its next wait."""
+        """Call the owner of this page from a thread that takes no turns: it checks again, perhaps after its next
+        wait.
+        """
         _mem.store_release(self._words, _CALLS, _mem.load_acquire(self._words, _CALLS) + 1)
         self.stir()
 

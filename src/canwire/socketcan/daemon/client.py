@@ -74,7 +74,7 @@ class Client:
 
     @property
     def silent(self) -> bool:
-        """It has opened no bus yet."""
+        """Whether the client has opened no bus yet."""
         return self._port is None
 
     # the connection

@@ -199,7 +199,7 @@ class Daemon:
                 self._setting.interfaces.remove(interface)
 
     def _announce(self) -> None:
-        """One datagram of the beacon, as doc/protocol.md has it."""
+        """Send one datagram of the beacon, in the form of doc/protocol.md."""
         names = [one.name for one in self._setting.interfaces.of_all()]
         buses = "".join(f"<Bus name={quoteattr(name)}/>" for name in names)
         host = socket.gethostname()

@@ -85,7 +85,7 @@ class Sender:
             self.state = State.WAITING
 
     def confirm(self, count: int) -> None:
-        """This many of the frames from `put` were on the bus."""
+        """Note that `count` frames from `put` were on the bus."""
         self._unconfirmed = max(0, self._unconfirmed - count)
         if self.state is State.ENDING and not self._unconfirmed:
             self._finish(0)

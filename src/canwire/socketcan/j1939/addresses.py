@@ -117,7 +117,9 @@ class Addresses:
         self._holders.clear()
 
     def _check_claim(self, message: Message) -> None:
-        """Of one that is sent here; from now on nothing else goes out by its old address."""
+        """Check an address claim that is sent here; from now on nothing else is sent from the old address of its
+        name.
+        """
         name = int.from_bytes(message.data, "little")
         own = len(message.data) == _NAME_SIZE and name == message.source_name
         if not own or message.source == NO_ADDRESS or not message.is_broadcast:

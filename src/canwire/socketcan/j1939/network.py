@@ -97,7 +97,7 @@ class Network:
         )
 
     def _take_transport(self, message: Message, stamp_ns: int) -> bool:
-        """It belongs to a message of several frames from or to here, or to all."""
+        """Process a part of a longer message from or to here, or to all; False if the message is no such part."""
         kind = next((one for one in KINDS if message.pgn in (one.control, one.data)), None)
         sends, receives = (
             self.addresses.is_local(message.source),

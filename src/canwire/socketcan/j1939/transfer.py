@@ -71,7 +71,7 @@ class Transfer:
         raise NotImplementedError
 
     def _control_frame(self, data: bytes) -> Message:
-        """Of up to five bytes, in the direction of the message."""
+        """A control frame with up to five bytes of data, in the direction of the message."""
         whole = data.ljust(5, bytes((PAD,))) + self.message.pgn.to_bytes(3, "little")
         return replace(self.message, pgn=self.kind.control, data=whole)
 

@@ -143,7 +143,7 @@ class Links:
         return b"".join(parts)
 
     def seen(self, interface: Interface) -> tuple[int, bool, list[int]]:
-        """Its flags, whether it is running, and its COUNTS. Raises CanwireError."""
+        """The flags of an interface, whether it is running, and its COUNTS. Raises CanwireError."""
         return *_flags(interface), self._counts(interface, self._line_of(interface)[2])
 
     def _counts(self, interface: Interface, status: LineStatus) -> list[int]:

@@ -74,7 +74,7 @@ class TransmitStamps(ErrorQueue):
             self._next_key = 0
 
     def leaving(self, frames: list[bytes], now_ns: int) -> None:
-        """These frames were passed to the line."""
+        """Note that these frames were passed to the line."""
         stamps = self._stamps()
         for frame in frames:
             key = 0
@@ -85,7 +85,7 @@ class TransmitStamps(ErrorQueue):
                 self._put(frame, stamps, now_ns, _SCHEDULED, key, _SOFTWARE)
 
     def sent(self, frame: bytes, stamp_ns: int) -> None:
-        """This frame was on the bus."""
+        """Note that this frame was on the bus."""
         stamps, key = self._stamps(), self._keys.popleft() if self._keys else 0
         if stamps.flags & TX_SOFTWARE:
             self._put(frame, stamps, stamp_ns, _SENT, key, _SOFTWARE)

@@ -170,7 +170,7 @@ class PacketSocket(RawSocket):
         self._pass_on(rows)
 
     def going(self, interface: Interface, frames: Array) -> None:
-        """These frames (`sent_dtype`) were passed to the line: sockets for all protocols receive them, too."""
+        """Deliver these frames (`sent_dtype`), which were passed to the line, to a socket for all protocols."""
         if self._about != _ALL or self._values[IGNORE_OUTGOING]:
             return
         rows = numpy_module().zeros(len(frames), received_dtype())
@@ -192,7 +192,7 @@ class PacketSocket(RawSocket):
             self._wake()
 
     def _wake(self) -> None:
-        """There is something in the ring."""
+        """Wake the program, as there is something in the ring."""
         assert self._packet_ring is not None
         self.setting.table.place_ring(self.slot, self._packet_ring.last_at)
         with suppress(BlockingIOError, ConnectionError):  # so many have not been taken: it is awake

@@ -42,7 +42,7 @@ class StampedSocket(CanSocket):
         return found
 
     def leaving(self, port: Port, rows: Array) -> None:
-        """These rows of `sent_dtype` are passed to the line."""
+        """Note that these rows of `sent_dtype` are passed to the line."""
         if self.errors is None or not len(rows):
             return
         port.stampers[self.slot] = self._sent
@@ -52,7 +52,7 @@ class StampedSocket(CanSocket):
         self._wake_for_errors(before)
 
     def _sent(self, rows: Array) -> None:
-        """These of `received_dtype` were on the bus."""
+        """Note that these rows of `received_dtype` were on the bus."""
         if self.errors is None or self.deserted:
             return
         before = len(self.errors)
@@ -70,6 +70,6 @@ class StampedSocket(CanSocket):
 
 
 def _frame_of(row: Array, size: str) -> bytes:
-    """Its struct can_frame or canfd_frame; `size` is the field that says which."""
+    """The struct can_frame or canfd_frame in a row; the field `size` says which of them."""
     found: bytes = row.tobytes()[-CANFD_MTU:][: int(row[size])]
     return found

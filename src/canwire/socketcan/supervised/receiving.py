@@ -42,7 +42,7 @@ class Arrived(NamedTuple):
 
 
 def _fitting(control: bytes, room: int) -> tuple[bytes, bool]:
-    """As much of these messages as there is room for, and whether that is not all."""
+    """The part of these messages that fits, and whether some of them do not fit."""
     return control[:room] if room >= _CMSG_SIZE else b"", len(control) > room
 
 
@@ -84,7 +84,7 @@ class Receiving:
         return self._told(Arrived(data, row))
 
     def _error(self) -> int:
-        """What its error queue has; raises OSError (EAGAIN) where that is nothing."""
+        """The entry of the error queue; raises OSError (EAGAIN) if it is empty."""
         program, arguments = self._program, self.call.arguments
         entry = self._socket.take_error()
         if self.call.name == "recvfrom":
@@ -132,7 +132,7 @@ class Receiving:
         return struct.pack("<Hxxi", AF_CAN, arrived.row.interface)
 
     def _about(self, arrived: Arrived) -> bytes:
-        """What a CAN_J1939 message has."""
+        """The ancillary data of a CAN_J1939 message; b"" for other protocols."""
         if self._socket.setting.table.protocol(self._socket.slot) != CAN_J1939:
             return b""
         _, name, _, _, address, priority, _ = ABOUT.unpack(arrived.row.about)

@@ -117,7 +117,7 @@ class Supervisor:
             self._listener.put_descriptor(call, end.fileno(), close_on_exec=bool(type & _CLOEXEC))
 
     def _done(self, call: Call, program: Program, found: CanSocket) -> int | None:
-        """What the call returns; None: the kernel does it."""
+        """Execute the call and return its result; None if the kernel must execute it."""
         _, a, b, c, d, e = call.arguments
         if call.name == "bind":
             found.bind(program.read(a, min(b, 128)))

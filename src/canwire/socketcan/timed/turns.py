@@ -119,7 +119,7 @@ class TimedWaiter:
             seat.give, seat.until_ns, seat.looks = _nothing, NEVER, False
 
     def waits(self, request: Request, asked: Asked, until_ns: int) -> None:
-        """This thread waits for its turn."""
+        """Let this thread wait for its turn."""
         seat = self._seats[request.process, request.thread]
         asked.hold = None
         if not request.a & _AGAIN:
@@ -135,7 +135,7 @@ class TimedWaiter:
         asked.when_gone(interrupted)
 
     def leaves(self, request: Request) -> None:
-        """This thread no longer takes part."""
+        """Remove this thread from the turns."""
         self._seats.pop((request.process, request.thread), None)
         self.stir()
 
@@ -177,7 +177,7 @@ class TimedWaiter:
         self._interrupted(process, signal.number, signal.thread)
 
     def _interrupted(self, process: int, number: int, thread: int = 0) -> None:
-        """It has a turn, in which its handler has run, or it finds the signal that it waits for."""
+        """Note a signal and give a thread its turn: its handler has run, or it finds the signal that it waits for."""
         self._signalled[process] = number
         seats = [seat for key, seat in self._seats.items() if key[0] == process and thread in (0, key[1])]
         seat = seats[0] if seats else None

@@ -139,7 +139,7 @@ class LinSlaveConfiguration:
 
     @property
     def ready_ns(self) -> int | None:
-        """The time from which the answer may be fetched."""
+        """The time from which the answer may be fetched; None if there is no answer."""
         return None if self._answer is None else self._answer.ready_ns
 
     def request(self, data: bytes, at_ns: int) -> None:
@@ -208,7 +208,7 @@ class LinSlaveConfiguration:
         return bytes([ASSIGN_FRAME_ID_RANGE + _RESPONSE]) if self._assign(wanted) else None
 
     def _assign(self, wanted: dict[int, int]) -> bool:
-        """All of them, or none where one frame does not exist or one identifier is none."""
+        """Assign all these identifiers; assign none of them if a frame does not exist or an identifier is invalid."""
         pids = [pid for pid in wanted.values() if pid not in (_UNASSIGN, _NO_PID)]
         if not set(wanted) <= set(self.identifiers) or not all(parity_holds(pid) for pid in pids):
             return False

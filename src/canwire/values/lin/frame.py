@@ -26,7 +26,7 @@ _PIDS = tuple(_protected(id) for id in range(LARGEST_ID + 1))
 
 
 def protected_id(id: int) -> int:
-    """The identifier with its two parity bits, as it goes over the wire; raises BadFrame beyond 0..0x3F."""
+    """The identifier with its two parity bits, as on the wire; raises BadFrame beyond 0..0x3F."""
     if not isinstance(id, int) or not 0 <= id <= LARGEST_ID:
         raise BadFrame(f"LIN identifier {_shown(id)}: a whole number from 0 to 0x3F")
     return _PIDS[id]
@@ -93,7 +93,7 @@ class LinFrame:
 
     @property
     def pid(self) -> int:
-        """The identifier with its parity bits, as it goes over the wire."""
+        """The identifier with its parity bits, as on the wire."""
         return _PIDS[self._id]
 
     @property

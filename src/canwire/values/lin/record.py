@@ -79,7 +79,7 @@ def record_of_linmsg(message: bytes | bytearray | memoryview) -> bytes:
 
 
 def message_type(record: bytes | bytearray | memoryview) -> int:
-    """0 for a frame, else the number of a LinEventKind; it may be unknown."""
+    """The type of a message: 0 for a frame, else the number of a LinEventKind, which may be unknown."""
     return record[13]
 
 

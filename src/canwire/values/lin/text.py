@@ -166,7 +166,7 @@ def _event(match: re.Match[str], timestamp_ns: int, sent: bool) -> LinEvent:
 
 
 def _complaint(text: str) -> str:
-    """What keeps a text from being a LIN frame."""
+    """The reason why a text is no LIN frame."""
     shown = _shown(text)
     head, hash_, rest = text.partition("#")
     if not hash_:

@@ -39,7 +39,7 @@ def checked_rate(bit_rate: int, *, auto: bool = False) -> int:
 
 
 def bit_time_ps(bit_rate: int, ppm: float = 0.0) -> int:
-    """One bit in picoseconds, by an oscillator that is off by `ppm` (positive: fast)."""
+    """The time of one bit in picoseconds, with an oscillator that deviates by `ppm` (positive: fast)."""
     return round(SECOND_PS / (bit_rate * (1.0 + ppm * 1e-6)))
 
 

@@ -1,1 +1,1 @@
-"""What people try that canwire does not have: names and calls, and what to write instead."""
+"""Names and calls that users try although canwire does not have them, and what to write instead."""

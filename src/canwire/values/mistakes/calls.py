@@ -79,7 +79,7 @@ EXAMPLES: dict[str, dict[str, str]] = {
 
 
 def answers_wrong_calls(function: CallT, kind: str = "", name: str = "") -> CallT:
-    """The function, whose wrong calls raise a TypeError with the row of the table; what it raises itself stays."""
+    """Wrap a function: a wrong call raises a TypeError with the row of the table; its own errors are unchanged."""
     name = name or function.__name__
 
     @wraps(function)
@@ -97,7 +97,7 @@ def answers_wrong_calls(function: CallT, kind: str = "", name: str = "") -> Call
 def wrong_call(
     function: Callable[..., Any], kind: str, name: str, given: tuple[Any, ...], named: Iterable[str]
 ) -> TypeError:
-    """What is wrong with a call that Python has refused: with too much, with an unknown name, or with too little."""
+    """The mistake in a call that Python has refused: too many arguments, an unknown name, or too few arguments."""
     from inspect import signature  # for mistakes alone
 
     parameters = [one for one in signature(function).parameters.values() if one.name != "unknown"]

@@ -263,7 +263,7 @@ class WrongName:
 
 
 def answers_wrong_names(kind: KindT) -> KindT:
-    """The class with its row of the table, and of the table of calls; what it has by itself stays."""
+    """Add the class's rows of this table and of the table of calls to it; existing attributes are unchanged."""
     for name in OF_CLASSES.get(kind.__name__, ()):
         if not hasattr(kind, name):
             setattr(kind, name, WrongName(kind.__name__, name))

@@ -108,7 +108,7 @@ def _drift_check(
     bound: tuple[Fraction, str],
     rate: str,
 ) -> TimingCheck:
-    """How far two bit times are apart, by their rates and oscillators."""
+    """Check how much two bit times differ, by their rates and oscillators."""
     one, other = timings
     df, condition = bound
     drift = _drift(sender.one, receiver.one, one, other)
@@ -128,7 +128,7 @@ def _drift_check(
 
 
 def _drift(sender: NodeTiming, receiver: NodeTiming, one: BitTiming, other: BitTiming) -> float:
-    """As a part of a bit time, the worst case of both oscillators."""
+    """The difference of two bit times as a part of a bit time, in the worst case of both oscillators."""
     ratio = float(one.exact_bit_rate / other.exact_bit_rate) - 1
     known = abs(ratio + (sender.ppm - receiver.ppm) * 1e-6)
     return known + (sender.within_ppm + receiver.within_ppm) * 1e-6
@@ -140,7 +140,7 @@ def _switch_checks(
     nominal: tuple[BitTiming, BitTiming],
     data: tuple[BitTiming, BitTiming],
 ) -> Iterator[TimingCheck]:
-    """How far out of step the rate switches leave the receiver: into the data phase, and out of it."""
+    """Check by how much the rate switches shift the receiver against the sender: into the data phase, and out of it."""
     one, other = sender.one, receiver.one
     strayed = 2 * nominal[1].bit_time_ps * _drift(one, other, *nominal)
     pair = f"{sender} ({one.sample_points}) and {receiver} ({other.sample_points})"
@@ -168,22 +168,21 @@ def _switch_checks(
 
 
 def _phase_error(before: tuple[BitTiming, BitTiming], after: tuple[BitTiming, BitTiming]) -> int:
-    """By how many ps the sender's bit begins later than the receiver's, behind a switch at their sample points."""
+    """By how many ps the sender's bit begins later than the receiver's, after a switch at their sample points."""
     sampled = before[0].sample_time_ps - before[1].sample_time_ps
     return sampled + _tail_ps(after[0]) - _tail_ps(after[1])
 
 
 def _reach_ps(receiver: BitTiming, error_ps: int) -> int:
-    """How far its bits may be out of step: a late edge comes before it samples, an early one after its last sample.
-
-    It sees edges with the resolution of a quantum.
+    """By how many ps the receiver's bits may be shifted: a late edge must come before it samples, an early one after
+    its last sample. It sees edges with the resolution of a quantum.
     """
     reach = receiver.sample_time_ps if error_ps >= 0 else _tail_ps(receiver)
     return reach - receiver.quantum_ps
 
 
 def _tail_ps(timing: BitTiming) -> int:
-    """From the sample point to the end of the bit."""
+    """The time from the sample point to the end of the bit, in ps."""
     return timing.bit_time_ps - timing.sample_time_ps
 
 

@@ -77,7 +77,7 @@ class TimingLimits:
         return max(0, min(self.sjw_max, phase1, phase2 - self.ipt))
 
     def tseg1_range(self, quanta: int) -> range:
-        """Every tseg1 that leaves a legal tseg2 in a bit of so many quanta; may be empty."""
+        """All values of tseg1 that leave a legal tseg2 in a bit of this number of quanta; may be empty."""
         low = max(self.tseg1_min, quanta - 1 - self.tseg2_max)
         return range(low, min(self.tseg1_max, quanta - 1 - self.tseg2_min) + 1)
 
@@ -171,7 +171,7 @@ def nearest_rates(bit_rate: int, clock_hz: int, limits: TimingLimits) -> list[in
 
 
 def _reachable(clocks: int, limits: TimingLimits) -> bool:
-    """Can a bit last exactly so many periods of the clock?"""
+    """Whether a bit can last exactly this number of periods of the clock."""
     return any(
         clocks % quanta == 0 and limits.prescaler_min <= clocks // quanta <= limits.prescaler_max
         for quanta in range(limits.quanta_min, limits.quanta_max + 1)
@@ -179,7 +179,7 @@ def _reachable(clocks: int, limits: TimingLimits) -> bool:
 
 
 def no_such_rate(bit_rate: int, clock_hz: int, limits: TimingLimits) -> str:
-    """Why a clock cannot make this bit rate, and what it can make instead."""
+    """The error text: why a clock cannot make this bit rate, and which rates it can make instead."""
     near = " and ".join(str(rate) for rate in nearest_rates(bit_rate, clock_hz, limits))
     return f"{bit_rate} bit/s cannot be made from {clock_hz} Hz ({limits.name}); nearest: {near} bit/s"
 

@@ -14,7 +14,7 @@ from canwire.values.timing.limits import TimingLimits, checked_rate, dividers, n
 
 
 class Segments(NamedTuple):
-    """One bit in quanta, and the prescaler that makes the quantum."""
+    """The segments of one bit in quanta, and the prescaler that makes the quantum."""
 
     prescaler: int
     prop: int

@@ -1,4 +1,4 @@
-"""Which bit of a frame to invert for a named place, or to provoke an error of a kind."""
+"""Which bit of a frame to invert, for a named place or to provoke a kind of error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INJECTED = ("stuff", "form", "crc", "bit", "ack")
 
 
 def place(layout: BitLayout, name: str) -> int:
-    """The bit to invert for a named place or error; -1 where this frame has none."""
+    """The index of the bit to invert for a named place or error; -1 if this frame has no such bit."""
     if name in PLACES:
         return layout.find(PLACES[name])
     if name == "stuff":

@@ -1,4 +1,4 @@
-"""Disturbances of a wire: at a place, each time that a node gets there, or once at a given time."""
+"""Disturbances of the wire: at a place, each time that a node reaches it, or once at a given time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Changes = list[tuple[int, int]]  # (ps from the place, level)
 
 @dataclass(slots=True, eq=False)
 class Disturbance(Scripted):
-    """What is to happen at a place: `shape` gives the changes for a node's bit and quantum (ps) there."""
+    """A disturbance at a place: `shape` returns the changes of level for a node's bit and quantum (ps) there."""
 
     place: Place
     shape: Callable[[int, int], Changes]
@@ -28,19 +28,19 @@ class Disturbance(Scripted):
 
 @dataclass(slots=True, eq=False)
 class Timed(Scripted):
-    """What is to happen once, at a time; `stimulus` is what is happening."""
+    """A disturbance at a given time; `stimulus` is set while it is in progress."""
 
     timer: Timer | None = None
     stimulus: Stimulus | None = None
 
 
 def stimulus_of(start_ps: int, changes: Changes, nodes: list[Node] | None) -> Stimulus:
-    """These changes from that time on."""
+    """A stimulus with these changes, from `start_ps` on."""
     return Stimulus([start_ps + at for at, _ in changes], [level for _, level in changes], nodes)
 
 
 def level_of(name: str) -> int:
-    """A level by its name."""
+    """The level (0 or 1) of a name; raises BadValue for an unknown one."""
     if name not in LEVELS:
         raise BadValue(f"level {name!r}: dominant or recessive")
     return LEVELS[name]

@@ -1,7 +1,7 @@
-"""Disturbances on purpose: bits that some nodes read wrong, noise, a short, a node cut off.
+"""Scripted disturbances: bits that some nodes read wrong, noise, a short, a disconnected node.
 
-`Faults` decides which bits are disturbed and for whom; bus.py asks it before it skips over a frame, and
-bit_level.py at every bit that the sender drives. What follows (error frames, counters, repetition) is the bus's.
+`Faults` decides which bits are disturbed and for which nodes; bus.py calls it before it skips over a frame, and
+bit_level.py at every bit that the sender drives. The bus does what follows (error frames, counters, repetition).
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ class Fault(Scripted):
 
 @dataclass(slots=True, eq=False)
 class Noise(Scripted):
-    """Bits read wrong by chance; it counts those that it inverted."""
+    """Bits that are read wrong at random; it counts those that it inverted."""
 
     rate: float
 
 
 class Faults(Forcing):
-    """Everything that goes wrong on one bus, by script or by chance; forcing.py has the forced levels.
+    """All faults of one bus, scripted or random; forcing.py has the forced levels.
 
-    `inverts`, where there is one, is asked about each bit that noise is about to invert, with words for it.
+    `inverts`, if set, is called before noise inverts a bit, with a function that describes it; False prevents that.
     """
 
     def __init__(self, bus: CanBus, seed: int) -> None:
@@ -101,7 +101,7 @@ class Faults(Forcing):
     def _check(
         self, bit: object, frame_id: int | None, extended: bool | None, times: int | None, seen_by: object
     ) -> None:
-        """Raise BadValue for what no fault can be."""
+        """Raise BadValue for arguments that no fault can have."""
         if isinstance(bit, str):
             if bit not in PLACES and bit not in INJECTED:
                 raise BadValue(f"bit {bit!r}: a number from 0, or one of {', '.join([*PLACES, *INJECTED])}")
@@ -121,7 +121,7 @@ class Faults(Forcing):
             )
 
     def _last_bit(self) -> int:
-        """The last bit of the longest frame that a node of this bus can send, by number."""
+        """The index of the last bit of the longest frame that a node of this bus can send."""
         fd = any(node.fd != CLASSIC_ONLY for node in self._bus.nodes)
         return _LAST_FD_BIT if fd or not self._bus.nodes else _LAST_CLASSIC_BIT
 
@@ -146,7 +146,7 @@ class Faults(Forcing):
         return self.add_noise(bit_error_rate)
 
     def add_noise(self, bit_error_rate: float) -> Scripted:
-        """Noise beside what there is already."""
+        """Add noise to the noise that already exists."""
         self._check_rate(bit_error_rate)
         noise = Noise(bit_error_rate, times=None if bit_error_rate else 0, remove=self._silence)
         with self._touch():
@@ -172,7 +172,7 @@ class Faults(Forcing):
         self._ask_bits()
 
     def _strike_by_noise(self, node: Node, index: int) -> bool:
-        """One of the noises inverts a bit, if it may."""
+        """Let one of the noises invert a bit, if `inverts` permits it; True if it did."""
         rates = [noise.rate for noise in self._noises]
         self._bus.noise_left = self._next_noise()
         if self.inverts is not None and not self.inverts(lambda: self._bit(node, index)):
@@ -194,7 +194,7 @@ class Faults(Forcing):
         self._bus.short(False)
 
     def clear(self) -> None:
-        """No more scripted faults, noise or short; nodes cut off stay cut off, and what is forced at a time comes."""
+        """Remove all scripted faults, noise and the short; disconnected nodes and levels forced at a time remain."""
         for fault in [*self._faults, *self._noises]:
             fault.cancel()
         self.forget_placed()
@@ -212,7 +212,7 @@ class Faults(Forcing):
         self._ask_bits()
 
     def _ask_bits(self) -> None:
-        """Be asked about each bit while one may be disturbed."""
+        """Have the bit level call `_disturb` for each bit while one may be disturbed."""
         bits = self._bus.bits
         if self._faults or self._bus.noise_left >= 0:
             bits.disturb, bits.spare = self._disturb, self._spare
@@ -225,7 +225,7 @@ class Faults(Forcing):
         return any(fault.matches(frame) for fault in self._faults) or self._awaits(box)
 
     def _spare(self, node: Node, index: int, most: int) -> int:
-        """How many of the sender's next bits, of so many, nobody will see inverted; they count as passed."""
+        """How many of the sender's next bits, at most `most`, no node will see inverted; they count as passed."""
         bus = self._bus
         if 0 <= bus.noise_left < most:
             most = bus.noise_left
@@ -243,12 +243,12 @@ class Faults(Forcing):
         return most
 
     def _begins(self, node: Node, index: int) -> bool:
-        """This is the first bit of a frame that is asked for; one that joins an SOF begins at bit 1."""
+        """Whether this is the first bit of a frame to be checked; a node that joins an SOF begins at bit 1."""
         bits = self._bus.bits
         return node is not bits.sender_seen or index <= bits.index_seen
 
     def _disturb(self, node: Node, index: int) -> int:
-        """Who sees the bit inverted that the sender now drives, or -1."""
+        """Which nodes see the bit inverted that the sender now drives, or -1."""
         bus = self._bus
         if bus.noise_left >= 0:
             bus.noise_left -= 1
@@ -273,7 +273,7 @@ class Faults(Forcing):
         return fault.seen_by
 
     def _forget(self, fault: Fault) -> None:
-        """It was cancelled, perhaps in the middle of a frame that it was to meet."""
+        """Remove a cancelled fault, perhaps in the middle of a frame that it was to disturb."""
         with self._touch():
             self._faults = [each for each in self._faults if each is not fault]
             if self._active is not None and self._active[0] is fault:
@@ -281,7 +281,7 @@ class Faults(Forcing):
             self._choose_frames()
 
     def _choose(self, node: Node) -> None:
-        """The first fault that meets the frame which begins now, and the bit where it will."""
+        """Find the first fault for the frame that begins now, and the bit that it inverts."""
         self._active = None
         if node.contending is None:
             return

@@ -26,7 +26,7 @@ When = Place | int | None
 
 
 class Forcing:
-    """Levels that a script puts on one bus; faults.py and the lab build on it."""
+    """Levels that a script forces on one bus; faults.py and the lab build on it."""
 
     def __init__(self, bus: CanBus) -> None:
         self._bus = bus
@@ -47,8 +47,7 @@ class Forcing:
     ) -> Place:
         """The start of a bit, for `at`: "frame" (from 0, SOF), a field ("data", "ack", "eof" ...), or "error flag",
         "overload flag", "error delimiter", "overload delimiter", "intermission", "suspend", "idle" (from 1).
-
-        `node` is whose bits count, by default the sender's.
+        `node` is the node whose bits count, by default the sender.
         """
         return Place(part, bit, frame_id, extended, None if node is None else self._controller(node))
 
@@ -61,7 +60,7 @@ class Forcing:
         seen_by: object = "all",
         times: int | None = 1,
     ) -> Scripted:
-        """Hold the bus "dominant" or "recessive" for so many bits, from a place or a time in ns on (None: from now).
+        """Hold the bus "dominant" or "recessive" for `bits` bits, from a place or a time in ns on (None: from now).
 
         `bits` None: until it is cancelled. `seen_by`: "all" (it is on the wire then, and in a trace), "receivers",
         "sender", one node or several. `times`: how often it strikes at the place (None: no limit).
@@ -75,7 +74,7 @@ class Forcing:
     def play(
         self, levels: str, *, at: When = None, seen_by: object = "all", times: int | None = 1
     ) -> Scripted:
-        """Force one level a bit: "0" dominant, "1" recessive, "-" what the bus has by itself."""
+        """Force one level per bit: "0" dominant, "1" recessive, "-" for the level that the nodes drive."""
         if not levels or set(levels) - set(SIGNS):
             raise BadValue(f"levels {levels!r}: 0, 1 or - for each bit")
         signs = [SIGNS[sign] for sign in levels]
@@ -98,9 +97,10 @@ class Forcing:
     def move_edge(
         self, quanta: int, *, at: Place, to: str = "dominant", seen_by: object = "all", times: int | None = 1
     ) -> Scripted:
-        """Move the edge at the start of a frame's bit, which leads `to` this level, so many quanta back (< 0: forward).
+        """Move the edge at the start of a frame's bit, which leads `to` this level, by `quanta` (> 0 later, < 0
+        earlier).
 
-        The bit must have such an edge: what lies between the old place and the new one is forced, nothing else.
+        The bit must have such an edge: only the time between the old place and the new one is forced.
         """
         if (
             not isinstance(at, Place)
@@ -128,13 +128,13 @@ class Forcing:
     # what the lab overrides
 
     def _controller(self, node: object) -> Node:
-        """The controller behind what a script calls a node."""
+        """The controller of the node that a script named; raises BadValue if it is no node."""
         if not isinstance(node, Node):
             raise BadValue(f"{node!r} is no node")
         return node
 
     def _touch(self) -> AbstractContextManager[object]:
-        """Held while something changes."""
+        """A context that is held while the disturbances change."""
         return nullcontext()
 
     # at work
@@ -165,7 +165,7 @@ class Forcing:
     def _at_time(
         self, at_ns: int, shape: Callable[[int, int], Changes], viewers: str | list[Node], times: int | None
     ) -> Timed:
-        """Bits and quanta are those of the first node on the bus."""
+        """Add a disturbance at a time, with the bit time and quantum of the first node on the bus."""
         timeline = self._bus.timeline
         at_ns = whole("at", at_ns, 0, LONGEST_NS)
         if at_ns < timeline.now_ns:
@@ -185,7 +185,7 @@ class Forcing:
         return timed
 
     def _end(self, timed: Timed) -> None:
-        """It was cancelled, before it came or while it lasts."""
+        """End a cancelled disturbance, before it begins or while it lasts."""
         with self._touch():
             if timed.timer is not None:
                 timed.timer.cancel()
@@ -201,7 +201,7 @@ class Forcing:
             self._arm()
 
     def _arm(self) -> None:
-        """Places have come or gone: those in a frame that is on the wire already count, too."""
+        """Take note of added or removed places; those in a frame that is already on the wire count, too."""
         bits = self._bus.bits
         if self._placed:
             self._bus.descend()
@@ -212,7 +212,7 @@ class Forcing:
         self._choose_frames()
 
     def _look_around(self) -> None:
-        """Who is the sender; and where all nodes are, if nobody has watched the bits up to now."""
+        """Find the sender; and the position of all nodes, if their bits were not watched up to now."""
         bits = self._bus.bits
         if bits.watch is None:
             self._progress = {clock.node: Progress(clock) for clock in bits.clocks}
@@ -224,7 +224,7 @@ class Forcing:
                     self._frame = frame_of_record(clock.station.sent.block)
 
     def _choose_frames(self) -> None:
-        """Tell the bus which frames must go bit by bit."""
+        """Give the bus the function that decides which frames must run bit by bit."""
         self._bus.scripted = self._awaits if self._placed else None
 
     def _awaits(self, box: Mailbox) -> bool:
@@ -232,7 +232,7 @@ class Forcing:
         return any(disturbance.place.admits(frame) for disturbance in self._placed)
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
-        """One node's next bit begins; whatever is to happen there does."""
+        """Process the start of a node's next bit, with the disturbances placed there."""
         machine, node = clock.station, clock.node
         progress = self._progress.setdefault(node, Progress())
         progress.begin_bit(clock)
@@ -248,18 +248,18 @@ class Forcing:
             self._bus.bits.pinned = False
 
     def _follow(self, sender: Node) -> None:
-        """This node is the sender now, for everything that can be observed."""
+        """Note that this node is now the sender of the frame."""
         self._sender = sender
         self._frame = None if sender.contending is None else frame_of_record(sender.contending.block)
         self._aim()
 
     def _aim(self) -> None:
-        """Which bits of the sender's frame the places are."""
+        """Compute at which bits of the sender's frame the places are."""
         self._indices = indices([each.place for each in self._placed], self._frame, self._sender)
         self._bus.bits.pinned = self._pins()
 
     def _pins(self) -> bool:
-        """Something is to happen where the bus would be at rest already."""
+        """Whether a disturbance is placed where the bus would already be at rest."""
         if self._sender is None:
             return False
         at = self._progress.get(self._sender)

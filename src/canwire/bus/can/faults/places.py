@@ -45,10 +45,10 @@ _LONGEST = {"error delimiter": 8, "overload delimiter": 8, "intermission": 3, "s
 class Place:
     """The start of one bit, the next time that a node reaches it.
 
-    `part` is "frame", a field of it, or what follows one (PARTS); `bit` counts from 1 in the order of the wire, stuff
-    bits included, in "frame" from 0 (SOF). Bit 1 of a delimiter is the first recessive bit, known as such only
-    afterwards: the first place there is bit 2. `node` is whose bits are counted (None: the sender's of the last
-    frame); `frame_id` and `extended` say behind or in which frames (None: any).
+    `part` is "frame", one of its fields, or a part after a frame (PARTS); `bit` counts from 1 in the order of the wire,
+    stuff bits included, in "frame" from 0 (SOF). Bit 1 of a delimiter is its first recessive bit, which is known as
+    such only afterwards: the first possible place in it is bit 2. `node` is the node whose bits are counted (None: the
+    sender of the last frame); `frame_id` and `extended` select the frames in or after which the place is (None: any).
     """
 
     part: str
@@ -73,7 +73,7 @@ class Place:
         return wanted_id and (self.extended is None or self.extended == frame.extended)
 
     def index_in(self, layout: BitLayout) -> int:
-        """Which bit of the frame it is, from SOF; -1 if it is none of this frame."""
+        """The index of the place's bit in the frame, counted from SOF; -1 if it is not in this frame."""
         if self.part == FRAME:
             return self.bit
         if self.part not in FIELDS:
@@ -84,12 +84,12 @@ class Place:
         return at + self.bit - 1 if at >= 0 and at + self.bit <= end else -1
 
     def outlasts_the_frame(self) -> bool:
-        """The bus may have come to rest before it gets there."""
+        """Whether the bus may already rest before a node reaches the place."""
         return self.part in ("suspend", "idle")
 
 
 def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> dict[int, int]:
-    """Which bits of this frame the places are, by their identity; those that it does not admit are left out."""
+    """The index of each place's bit in this frame, by `id(place)`; places that do not admit the frame are left out."""
     if frame is None or sender is None:
         return {}
     layout = BitLayout(frame, fd_mode=sender.fd, error_passive=sender.passive)
@@ -97,9 +97,9 @@ def indices(places: list[Place], frame: Frame | None, sender: Node | None) -> di
 
 
 class Progress:
-    """Where one node is: the part that its present bit belongs to, and which bit of it that is.
+    """The position of one node: the part that its present bit belongs to, and the number of that bit in the part.
 
-    If the node was not watched before, it starts from the state of the node's clock.
+    If the node was not watched before, its position starts from the state of its clock.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
@@ -129,7 +129,7 @@ def _delimiter(overload: bool) -> str:
 
 
 def _full(state: int) -> int:
-    """What `left` is in the first bit of an active flag: one may follow another directly."""
+    """`left` in the first bit of an active error or overload flag (two flags may be adjacent); else -1."""
     return 6 if state in (station.ACTIVE_FLAG, station.OVERLOAD_FLAG) else -1
 
 

@@ -44,7 +44,7 @@ class LoopbackConnection(Connection):
         return EventDescriptor(_Bell(self._ring)), ()
 
     def _forget_doorbell(self, doorbell: Any) -> None:
-        """It is nowhere but here."""
+        """Do nothing: the doorbell exists only in this process."""
 
     def _sort(self, payload: bytes) -> None:
         if payload[:1] not in _ASIDES:

@@ -250,7 +250,7 @@ class NetworkLink:
         self._notices.tell(notice)
 
     def _hub_came_or_went(self, sample: Any) -> None:
-        """Its token: gone where the hub, or its way to a router, is; or that of another one of its name."""
+        """Note that the hub's token came or went: the hub or its way to a router did, or another hub of its name."""
         offer = keys.offer_of(str(sample.key_expr))
         if offer is None:
             return

@@ -196,7 +196,7 @@ class Guest:
             self._workers.submit(self._guarded, asked, partial(self._do, asked))
 
     def _checked(self, asked: Asked) -> m.Message | None:
-        """What is to be asked; None: it is answered. Raises BadMessage, HubError without the right."""
+        """The request to pass on; None if it is answered already. Raises BadMessage, HubError without the right."""
         serial, request = m.decode_request(asked.request)
         if isinstance(request, m.Hello):  # the answer to the first one was lost
             self._answer(asked, m.Welcome(m.VERSION, self._link.time))

@@ -146,7 +146,7 @@ class Outgoing:
         return self._many if self._way.slow else self._batch
 
     def _holds(self, now_ns: int) -> bool:
-        """There were so many small batches that the next one should be larger."""
+        """Whether to hold back the next batch, as there were so many small ones that it should be larger."""
         return now_ns < self._began_ns + self._way.hold_ns and self._batches >= self._way.at_once
 
     def _unsent(self) -> int:

@@ -110,4 +110,4 @@ class IncomingNotes:
         return None
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing: there is nothing to release."""

@@ -85,7 +85,7 @@ class Pump:
         return max(time.monotonic_ns() - self.heard_ns, self._unheard_ns)
 
     def wake(self) -> None:
-        """There may be something to send."""
+        """Wake the pump, as there may be something to send."""
         self._wake.signal()
 
     def flush(self) -> None:

@@ -82,7 +82,7 @@ def frames_in(payload: bytes) -> tuple[int, int, memoryview, int]:
 
 
 def _let_out(squeezed: memoryview) -> bytes:
-    """As it was before; a few bytes that claim to be megabytes are refused."""
+    """Decompress a message; a few bytes that claim to be megabytes are refused."""
     out = zlib.decompressobj(-zlib.MAX_WBITS)
     try:
         found = out.decompress(squeezed, _LARGEST)

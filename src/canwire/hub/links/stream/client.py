@@ -123,7 +123,7 @@ class StreamLink:
             self._doorbell.close()
 
     def leave_to_parent(self) -> None:
-        """In a fork: close this copy of the connection, so that it ends with the process that made it."""
+        """In a fork, close this copy of the connection, so that it ends with the process that made it."""
         self._lost = True
         self._socket.close()
 

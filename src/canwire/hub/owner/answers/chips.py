@@ -67,7 +67,7 @@ def _hold_interrupts(request: m.HoldInterrupts, session: Session, world: World) 
 
 
 def _quietly(can: CanLine, act: Callable[[], Answer]) -> Deferred:
-    """In reset mode a frame on the wire would be broken off, and sent again though others may have it already."""
+    """Wait for the end of a frame on the wire: reset mode would abort it, and it might be received twice."""
     deferred = Deferred()
 
     def settle() -> None:

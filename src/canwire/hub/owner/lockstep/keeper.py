@@ -35,7 +35,7 @@ class Looked(Protocol):
 
 
 class Lockstep:
-    """All programs in lockstep. `standstill` is the sentence that says why time does not pass, or ""."""
+    """All programs in lockstep. `standstill` is the reason why time does not pass, as a sentence, or ""."""
 
     def __init__(self, timeline: Timeline, held: HeldTime, turns: Turns, world: Looked) -> None:
         self.turns = turns
@@ -266,7 +266,7 @@ class Lockstep:
         self._timeline.halt()
 
     def _sends(self, program: Program, seat: Seat) -> None:
-        """What it has put into its queues counts from now on; others of its threads may wait for what it did."""
+        """Take note of what the program put into its queues; others of its threads may wait for the effect."""
         for session in program.sessions:
             page = self._pages.get(session)
             if page is not None:

@@ -19,7 +19,7 @@ class Absent:
         self._until_s: dict[str, float] = {}
 
     def went(self, client: str, now_s: float, silent_ns: int) -> None:
-        """Its connection has ended; either end had received nothing from the other for `silent_ns`."""
+        """Note that a client's connection ended; either end had received nothing from the other for `silent_ns`."""
         cut = was_cut(silent_ns, self._lease_s)
         self._until_s[client] = now_s + (self._cut_s if cut else self._grace_s)
 

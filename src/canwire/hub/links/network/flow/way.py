@@ -83,7 +83,7 @@ class Way:
             self._under_way += size + _HEAD
 
     def gone(self, size: int, payloads: int) -> None:
-        """This number of bytes has left the window: they arrived, or are sent again."""
+        """Remove this number of bytes from the window: they arrived, or are sent again."""
         with self._lock:
             self._under_way -= size + payloads * _HEAD
 

@@ -48,7 +48,7 @@ class OutgoingStirs:
         return None
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
 
 class IncomingStirs:
@@ -85,4 +85,4 @@ class IncomingStirs:
         return None
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing: there is nothing to release."""

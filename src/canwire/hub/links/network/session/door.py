@@ -13,7 +13,7 @@ _LOOK_S = 0.3
 
 
 class Door(enum.Enum):
-    """What a TCP connection finds at an endpoint."""
+    """The service that a TCP connection reaches at an endpoint."""
 
     NONE = "no program listens"
     FULL = "a connection is closed immediately"
