@@ -69,14 +69,14 @@ class HeldTime:
         return rest_s > 0
 
     def run_through(self, timeline: Timeline, until_ns: int) -> bool:
-        """Timeline.run_until, for as long by the clock as that takes."""
+        """Timeline.run_until at the given pace: waits for the wall clock whenever time may not pass yet."""
         while not self.run(timeline, until_ns):
             if not self.rest():
                 return False
         return True
 
     def run_until_idle(self, timeline: Timeline, until_ns: int) -> bool:
-        """Timeline.run_until_idle, for as long by the clock as that takes."""
+        """Timeline.run_until_idle at the given pace: waits for the wall clock whenever time may not pass yet."""
         while not timeline.run_until_idle(min(until_ns, limit_ns := self._limit_now_ns(timeline, until_ns))):
             next_ns = timeline.next_ns()
             if limit_ns >= until_ns or next_ns > until_ns:

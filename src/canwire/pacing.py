@@ -116,7 +116,7 @@ class Pacer:
         )
 
     def lateness_ns(self) -> list[int]:
-        """How late the last happenings were, in order."""
+        """The lateness of the last happenings in nanoseconds, in order."""
         with self.holding():
             return list(self._lateness)
 

@@ -96,7 +96,7 @@ class Turns(Polling):
         self._rest(me)
 
     def end(self, me: Member) -> None:
-        """In a thread that is about to end: the next one continues."""
+        """In a thread that is about to end: give the turn to the next thread."""
         me.ended = True
         MEMBERS.pop(threading.get_ident(), None)
         with self._lock:
@@ -115,7 +115,7 @@ class Turns(Polling):
             self._hand_on(me, stays=False)
 
     def come_back(self, me: Member) -> None:
-        """It takes part again, at its turn."""
+        """This thread takes part again, from its next turn."""
         MEMBERS[threading.get_ident()] = me
         me.ready, me.until_ns, me.what = None, 0, "its turn"
         with self._lock:
@@ -136,7 +136,7 @@ class Turns(Polling):
         self._rest(me)
 
     def dissolve(self) -> None:
-        """Everybody waits by the clock from now on."""
+        """From now on, all threads wait in real time."""
         with self._lock:
             if self.over:
                 return
