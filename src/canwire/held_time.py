@@ -40,7 +40,7 @@ class HeldTime:
         return max(now_ns, limit_ns)
 
     def wait_s(self, span_ns: int) -> float:
-        """How long such a span lasts by the clock."""
+        """The real time in seconds of this span of virtual time, at most `_LONGEST_WAIT_S`; 0 if `factor` is 0."""
         return min(span_ns / self.factor / 1e9, _LONGEST_WAIT_S) if self.factor else 0.0
 
     # for code that lets time pass in its thread

@@ -62,11 +62,11 @@ class Turns(Polling):
         return self._now_ns
 
     def go_on_at(self, keeper: Keeper) -> None:
-        """The program has found a hub again."""
+        """Continue with this keeper, after the program has found a hub again."""
         self.keeper, self._now_ns = keeper, None
 
     def end_ns(self, seconds: float | None) -> int:
-        """When so many seconds from now are over, never earlier; None: they never are.
+        """The hub's time after this number of seconds from now, rounded up; NEVER for None or infinity.
 
         Some time passes in every span: a loop whose rest is what rounding left of its clock's seconds would never end.
         """
@@ -278,7 +278,7 @@ class Turns(Polling):
 
 
 def _is_ready(one: Member) -> bool:
-    """An error in finding out is the waiter's."""
+    """Return whether the wait of this thread is over; an error of its `ready` ends the wait and becomes its error."""
     if one.ready is None:
         return False
     try:
