@@ -278,7 +278,7 @@ class Turns(Polling):
 
 
 def _is_ready(one: Member) -> bool:
-    """Return whether `ready` of this thread is true; if `ready` raises an error, True, and the thread gets the error."""
+    """Return whether `ready` of this thread is true; if `ready` raises an error, True, and the thread gets it."""
     if one.ready is None:
         return False
     try:
