@@ -21,12 +21,12 @@ class HasFileno(Protocol):
 
 
 def hear_of_forks(thing: Forked) -> None:
-    """Call its `leave_to_parent` in every child that is forked while it lives."""
+    """In every child that is forked while `thing` exists, call its `leave_to_parent`."""
     _LIVING.add(thing)
 
 
 def lead_nowhere(file: HasFileno) -> None:
-    """In the child: lead what this file writes when it is collected to nowhere, not into the file of the parent."""
+    """In the child: redirect the file's descriptor to the null device: its writes no longer reach the parent's file."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, file.fileno(), inheritable=False)
     os.close(nowhere)

@@ -40,7 +40,7 @@ class HeldTime:
         return max(now_ns, limit_ns)
 
     def wait_s(self, span_ns: int) -> float:
-        """How long such a span lasts by the clock."""
+        """The real time in seconds of this span of virtual time, at most `_LONGEST_WAIT_S`; 0 if `factor` is 0."""
         return min(span_ns / self.factor / 1e9, _LONGEST_WAIT_S) if self.factor else 0.0
 
     # for code that lets time pass in its thread
@@ -69,14 +69,14 @@ class HeldTime:
         return rest_s > 0
 
     def run_through(self, timeline: Timeline, until_ns: int) -> bool:
-        """Timeline.run_until, for as long by the clock as that takes."""
+        """Timeline.run_until at the given pace: waits for the wall clock whenever time may not pass yet."""
         while not self.run(timeline, until_ns):
             if not self.rest():
                 return False
         return True
 
     def run_until_idle(self, timeline: Timeline, until_ns: int) -> bool:
-        """Timeline.run_until_idle, for as long by the clock as that takes."""
+        """Timeline.run_until_idle at the given pace: waits for the wall clock whenever time may not pass yet."""
         while not timeline.run_until_idle(min(until_ns, limit_ns := self._limit_now_ns(timeline, until_ns))):
             next_ns = timeline.next_ns()
             if limit_ns >= until_ns or next_ns > until_ns:

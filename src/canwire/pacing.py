@@ -116,7 +116,7 @@ class Pacer:
         )
 
     def lateness_ns(self) -> list[int]:
-        """How late the last happenings were, in order."""
+        """The lateness of the last happenings in nanoseconds, in order."""
         with self.holding():
             return list(self._lateness)
 
@@ -190,7 +190,7 @@ class Pacer:
             self._let_in()
 
     def _leave_out(self, late_ns: int) -> int:
-        """The clock counts from what is due now; how late that is."""
+        """Leave the time `late_ns` out and count it as skipped; returns the lateness after that, which is 0."""
         self._origin_ns += late_ns
         self.skipped_ns += late_ns
         if self.when_late is not None:

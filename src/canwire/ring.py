@@ -72,7 +72,7 @@ class Signalled(Protocol):
 def _prototype(
     capacity: int, *, exact: bool = False, record_size: int = RECORD_SIZE, buffer: memoryview | None = None
 ) -> None:
-    """How Ring is called, for help()."""
+    """The signature of Ring, for help()."""
 
 
 class Ring:
@@ -322,7 +322,7 @@ class Ring:
         return count
 
     def clear(self) -> int:
-        """Drop everything that waits; returns how many records that were."""
+        """Drop all records in the ring; returns their number."""
         count = self.fill()
         if count:
             self.release(count)

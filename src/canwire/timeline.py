@@ -17,7 +17,7 @@ _FEW = 64  # timers among which nobody looks for cancelled ones
 
 
 class Source:
-    """What a timeline asks of a bus.
+    """The interface through which a timeline runs a bus.
 
     `next_ns` is when the source acts next (NEVER: only once something else happens). `run` acts
     on everything up to and including `limit_ns`, moving the timeline's `now_ns` along, and returns

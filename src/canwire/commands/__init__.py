@@ -131,7 +131,7 @@ _BY_ITSELF = """canwire puts CAN, CAN FD and LIN buses that behave like copper o
 
 
 def _shown_by_itself() -> str:
-    """What `canwire` without a verb prints."""
+    """The text that `canwire` without a verb prints."""
     width = max(map(len, GROUPS))
     rows = "".join(f"  {title:<{width}}  {verbs.replace(' ', ', ')}\n" for title, verbs in GROUPS.items())
     return f"{_BY_ITSELF}{rows}\n`canwire --help` says what each verb does, `canwire VERB --help` how it is used.\n"

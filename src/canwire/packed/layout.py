@@ -99,7 +99,7 @@ class Layout:
 
 
 def brief(value: object, longest: int = 40) -> str:
-    """A value in an error's text, of so many characters at most."""
+    """A value as text for an error message, shortened to a maximum number of characters."""
     try:
         return f"{value!r:.{longest}}"
     except ValueError:  # Python prints no whole number of thousands of digits

@@ -22,7 +22,7 @@ from canwire.packed.layout import Kind, Layout, Misfit
 
 
 class Record:
-    """What all of them can. Assigning to a field what does not fit it raises BadValue, naming the field.
+    """Base class of all structures. Assigning a value that does not fit its field raises BadValue, naming the field.
 
     `SIZE` in bytes; `OFFSETS` of the fields in memory, in their order.
     """

@@ -1,4 +1,4 @@
-"""The clocks and the sleep of the module time, in the hub's time, for threads that take part."""
+"""Replaces the clocks and `sleep` of the module time: threads that take part use the hub's time."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def begin(hub: HasCompany, keeper: Keeper) -> Company:
 
 
 def end(hub: HasCompany, company: Company) -> None:
-    """Threads that wait continue in real time."""
+    """End the turns: threads that wait continue in real time."""
     company.dissolve()
     hub.company = None
 

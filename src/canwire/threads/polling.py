@@ -31,7 +31,7 @@ class Polling(ABC):
         """Turns.wait."""
 
     def asks(self, me: Member) -> int:
-        """The time; counts as a poll."""
+        """Return the time; the query counts as a poll."""
         self.polls(me, never)
         return self.now_ns()
 

@@ -62,11 +62,11 @@ class Turns(Polling):
         return self._now_ns
 
     def go_on_at(self, keeper: Keeper) -> None:
-        """The program has found a hub again."""
+        """Continue with this keeper, after the program has found a hub again."""
         self.keeper, self._now_ns = keeper, None
 
     def end_ns(self, seconds: float | None) -> int:
-        """When so many seconds from now are over, never earlier; None: they never are.
+        """The hub's time after this number of seconds from now, rounded up; NEVER for None or infinity.
 
         Some time passes in every span: a loop whose rest is what rounding left of its clock's seconds would never end.
         """
@@ -96,7 +96,7 @@ class Turns(Polling):
         self._rest(me)
 
     def end(self, me: Member) -> None:
-        """In a thread that is about to end: the next one continues."""
+        """In a thread that is about to end: give the turn to the next thread."""
         me.ended = True
         MEMBERS.pop(threading.get_ident(), None)
         with self._lock:
@@ -115,7 +115,7 @@ class Turns(Polling):
             self._hand_on(me, stays=False)
 
     def come_back(self, me: Member) -> None:
-        """It takes part again, at its turn."""
+        """This thread takes part again, from its next turn."""
         MEMBERS[threading.get_ident()] = me
         me.ready, me.until_ns, me.what = None, 0, "its turn"
         with self._lock:
@@ -136,7 +136,7 @@ class Turns(Polling):
         self._rest(me)
 
     def dissolve(self) -> None:
-        """Everybody waits by the clock from now on."""
+        """From now on, all threads wait in real time."""
         with self._lock:
             if self.over:
                 return
@@ -278,7 +278,7 @@ class Turns(Polling):
 
 
 def _is_ready(one: Member) -> bool:
-    """An error in finding out is the waiter's."""
+    """Return whether `ready` of this thread is true; if `ready` raises an error, True, and the thread gets it."""
     if one.ready is None:
         return False
     try:

@@ -107,7 +107,7 @@ class Trace:
         self.note("TRACE IS OFF")
 
     def clear(self) -> None:
-        """Forget every line; a file keeps its own."""
+        """Remove every line from memory; a file keeps its lines."""
         self._lines.clear()
         self._messages = 0
 
