@@ -262,7 +262,7 @@ class Dongle:
 
     def send(self, id: int, data: bytes) -> bool:
         self.port.write(f"t{id:03X}{len(data)}{data.hex().upper()}\r".encode())
-        before, ends = self.refused, time.monotonic() + 10
+        before, ends = self.refused, time.monotonic() + 90
         self.unanswered += 1
         while self.unanswered and time.monotonic() < ends:
             select.select([self.port.fileno()], [], [], 0.1)

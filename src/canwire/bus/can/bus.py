@@ -246,9 +246,7 @@ class CanBus(BusState):
                 self._start(start, limit_ns)
 
     def _go_on(self, limit_ns: int) -> bool:
-        """Start the next frame directly after the last one: the common case, found by a single check; False if it does
-        not.
-        """
+        """Start the next frame directly after the last one: the common case, found by a single check. False if not."""
         free = self._free_ns
         now = self.timeline.now_ns
         if free > limit_ns or now > free:
