@@ -77,9 +77,9 @@ class Trouble:
         self._done["hub's clock set by a day"] += 1
 
     def full_disk(self) -> None:
-        """A recorder that has no room for its log."""
+        """A recorder that has no room for its log, not even for the head of a file without entries."""
         self._begin("full disk", ["-m", "canwire", "record", "--hub", self._address, "HW0:1", "/dev/full",
-                                  "--format", "candump", "--for", "5s"])  # fmt: skip
+                                  "--format", "asc", "--for", "5s"])  # fmt: skip
 
     def lockstep(self) -> None:
         self._begin("lockstep", [str(_LOCKSTEP), str(self._home)])
