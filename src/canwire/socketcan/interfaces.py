@@ -74,7 +74,7 @@ class Interfaces:
         self.refresh()
 
     def refresh(self) -> list[Interface]:
-        """Boards were plugged in or out: add interfaces, and return those whose lines no longer exist."""
+        """Add interfaces for lines that are new, and return the interfaces whose lines no longer exist."""
         lines = every_line(self._hub, "CAN")
         there: set[str] = set()
         for bus in dict.fromkeys(place.info.bus for place in lines if place.info.bus):

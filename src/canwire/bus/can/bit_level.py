@@ -281,11 +281,11 @@ class BitLevel:
         self.undisturbed = False
 
     def step(self) -> None:
-        """Everything that happens at the next instant: boundaries, then edges, then samples."""
+        """Process the next instant: bit boundaries, then edges, then samples."""
         self.step_at(self.next_ps())
 
     def step_at(self, at_ps: int) -> None:
-        """The same as `step`, at a time that the caller knows."""
+        """Process the instant `at_ps`, which must be the next one."""
         self._stepping = True
         self.aligned = False
         self._step(at_ps)

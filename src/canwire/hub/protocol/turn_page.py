@@ -66,7 +66,7 @@ class TurnPage:
     # the hub's
 
     def asked(self) -> bool:
-        """A wait has begun since the last look."""
+        """Whether the program has begun a wait since the last `asked`."""
         asked = _mem.load_acquire(self._words, _ASKED)
         new = asked != self.seen
         self.seen = asked
@@ -76,20 +76,20 @@ class TurnPage:
         return _mem.load_acquire(self._words, _UNTIL) & _M63
 
     def stirred(self) -> bool:
-        """Since the last look."""
+        """Whether the program has called `stir` since the last `stirred`."""
         stirs = _mem.load_acquire(self._words, _STIRS)
         new = stirs != self._stirs_seen
         self._stirs_seen = stirs
         return new
 
     def called(self) -> bool:
-        """Since the last look."""
+        """Whether the program has called `call` since the last `called`."""
         calls = _mem.load_acquire(self._words, _CALLS)
         new = calls != self._calls_seen
         self._calls_seen = calls
         return new
 
     def give(self, now_ns: int) -> None:
-        """The wait that was looked at last is over."""
+        """End the wait that the last `asked` has seen."""
         _mem.store_release(self._words, _NOW, now_ns)
         _mem.store_release(self._words, _GIVEN, self.seen)

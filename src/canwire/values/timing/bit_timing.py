@@ -270,7 +270,8 @@ class BitTiming:
     ) -> list[BitTiming]:
         """Every timing that makes the rate, with its widest jump; BadTiming if there is none.
 
-        Nearest to sample_point (0..1) first if given, else most quanta, then late samples, first.
+        With `sample_point` (0..1) the timings nearest to it come first; without it those with most quanta, of these the
+        latest sample points.
         """
         limits = limits or usual_limits(bit_rate)
         found = [
