@@ -122,15 +122,13 @@ def test_after_another_hub_began_old_rows_keep_their_time_in_a_log(tmp_path: Pat
         served_site(first.address) as site,
         somebody(site) as client,
     ):
-        with (
-            canwire.connect(first.address) as hub,
-            watching(site, ["HW000001:0"]) as viewer,
-            sender(hub) as channel,
-        ):
-            channel.send(canwire.Frame(1), timeout=LONG_S)
-            viewer.until(lambda one: len(one.frames) == 1)
-        first.process.terminate()
-        first.process.wait(LONG_S)
+        with watching(site, ["HW000001:0"]) as viewer:
+            with canwire.connect(first.address) as hub, sender(hub) as channel:
+                channel.send(canwire.Frame(1), timeout=LONG_S)
+                viewer.until(lambda one: len(one.frames) == 1)
+            first.process.terminate()
+            first.process.wait(LONG_S)
+            viewer.until(lambda one: not one.listening)  # else the second viewer could see the first hub's line
         with (
             serving(tmp_path, time="real") as second,
             canwire.connect(second.address) as hub,
