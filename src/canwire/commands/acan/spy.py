@@ -79,15 +79,15 @@ class Trace:
         return [line for line, _ in self._lines]
 
     def write(self, line: str) -> None:
-        """A line as it is."""
+        """Add a line unchanged."""
         self._add(line, message=False)
 
     def note(self, what: str) -> None:
-        """A line with the time in front."""
+        """Add a line that begins with the time."""
         self._add(f"{self._clock()} - {what}", message=False)
 
     def take(self, frames: Iterable[Frame]) -> None:
-        """Messages, shown with the time it is now; off, they are only counted."""
+        """Show messages with the present time; while the trace is off, only count them."""
         for frame in frames:
             if self.on:
                 self._add(format_trace_line(self._clock(), frame), message=True)

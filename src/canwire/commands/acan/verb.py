@@ -32,7 +32,7 @@ _INI = Path("WCT.INI")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = __doc__
     verbs = parser.add_subparsers(metavar="program", required=True)

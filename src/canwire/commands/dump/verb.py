@@ -57,7 +57,7 @@ _BATCH = 1024
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_listening_arguments(parser)
     parser.add_argument("-l", "--log", action="store_true", help="print log lines, as candump -l writes them")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")

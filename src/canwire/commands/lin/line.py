@@ -32,7 +32,7 @@ class Wish(NamedTuple):
 
 
 def add_lin_arguments(parser: argparse.ArgumentParser) -> None:
-    """LINE, --bit-rate, --hub."""
+    """Add LINE, --bit-rate and --hub."""
     add_line_argument(parser, "HW000001:2, usb-to-can-fd:2, or the name of a bus: lin0")
     add_rate_argument(parser, "--bit-rate", "for a line that nobody started", USUAL_BIT_RATE)
     add_hub_argument(parser)

@@ -82,7 +82,7 @@ def identify(arguments: argparse.Namespace) -> int:
 
 
 def assign(arguments: argparse.Namespace) -> int:
-    """A NAD, or identifiers of frames."""
+    """Assign a NAD to a node, or identifiers to its frames."""
     if arguments.frames is None:
         wanted = assign_nad_request(_octet("--nad", arguments.nad), *_product(arguments))
         return _ask(arguments, wanted, lambda answer: f"is NAD {arguments.nad} now")

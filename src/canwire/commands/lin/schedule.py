@@ -26,7 +26,7 @@ _ROUND_S = 0.05  # between two looks whether a schedule is over
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_lin_arguments(parser)
     parser.add_argument(
         "slots", nargs="*", metavar="SLOT", help="10, 11:4@10ms (bytes asked for, time to the next), 12#0102"

@@ -29,7 +29,7 @@ _LOOK_S = 0.002  # between two looks whether the line is free
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_lin_arguments(parser)
     parser.add_argument(
         "frames", nargs="+", metavar="FRAME", help="10#0102, 10#0102_C; a header: 10#R, 10#R4"

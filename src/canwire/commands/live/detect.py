@@ -34,7 +34,7 @@ _PATIENCE_S = 3.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
     parser.add_argument(
         "--timeout", type=float, default=1.0, metavar="SECONDS", help="how long to listen at each rate (1)"

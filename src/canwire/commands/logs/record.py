@@ -45,7 +45,7 @@ _TURN_S = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "lines",
         nargs="+",
