@@ -96,7 +96,7 @@ class Trace:
                 self._passed += 1
 
     def resume(self) -> None:
-        """On; says how many messages passed by."""
+        """Turn the trace on, and note how many messages passed by."""
         if self._passed:
             self.note(f"{self._passed} messages passed by")
         self.on, self._passed = True, 0
@@ -199,7 +199,7 @@ class Spy:
         self.trace.close()
 
     def take(self, limit: int | None = None) -> None:
-        """What has come, at most `limit` messages of it, into the trace."""
+        """Put received messages into the trace, at most `limit` of them (None: all)."""
         block = self._block
         if block is None:
             return

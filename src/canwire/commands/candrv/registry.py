@@ -72,7 +72,7 @@ def delete_entries(arguments: argparse.Namespace) -> int:
 
 
 def defaults_entries(arguments: argparse.Namespace) -> int:
-    """Delete all stored values of a device, so that the defaults apply."""
+    """Delete all stored values of a device except those that identify it, so that the defaults apply."""
     _store(arguments).defaults(arguments.device)
     return _tell(arguments)
 

@@ -217,7 +217,7 @@ class Dump:
         return summary_of(self._listening, self._output.shown)
 
     def _lost(self) -> dict[str, int]:
-        """By line; nothing where the hub cannot be asked any more."""
+        """Return the number of lost records of each line; an empty dict if the hub does not answer."""
         try:
             return {one.name: self._listening.counted(one).lost for one in self._listening.sources}
         except HubError:

@@ -113,7 +113,7 @@ def point_out_rates(hub: Hub, place: LinePlace) -> None:
 
 
 def end_schedule(control: LinControl) -> None:
-    """End what runs, whatever has become of the line."""
+    """Stop the schedule; errors of the line or of the hub are ignored."""
     with suppress(CanwireError):
         control.stop_schedule()
 

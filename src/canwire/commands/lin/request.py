@@ -66,7 +66,7 @@ def request(arguments: argparse.Namespace) -> int:
 
 
 def identify(arguments: argparse.Namespace) -> int:
-    """Print what the node says of itself."""
+    """Print the identification that the node returns."""
     wanted = read_by_identifier_request(arguments.id, *_product(arguments))
 
     def words(answer: bytes) -> str:
@@ -95,7 +95,7 @@ def save(arguments: argparse.Namespace) -> int:
 
 
 def _ask(arguments: argparse.Namespace, payload: bytes, words: object) -> int:
-    """Send it as master, and print what answers; NotReceived is an error like any other."""
+    """Send the request as master and print the answer; returns 1 if the node refuses. Raises NotReceived."""
     assert callable(words)
     nad = _octet("NAD", arguments.node)
     with ExitStack() as closing:

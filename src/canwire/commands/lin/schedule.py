@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _follow(hub: Hub, shown: Shown, monitor: Monitor, end_ns: int | None) -> None:
-    """Show what comes until that time of the hub; None: without end."""
+    """Show messages until the hub's time is `end_ns` (None: without end)."""
     while True:
         message = monitor.receive(None if end_ns is None else _ROUND_S)
         if message is not None:
