@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _no_options(sub: argparse.ArgumentParser) -> None:
-    """This program has no options."""
+    """Add no options: this program has none."""
 
 
 def _program_options(sub: argparse.ArgumentParser) -> None:

@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send; 1 if something was not seen on the bus."""
+    """Send the frames; returns 1 if one of them was not seen on the bus."""
     frames = [parse_lin_frame(text) for text in arguments.frames]
     for option, least in (("count", 1), ("timeout", 0)):
         if not getattr(arguments, option) >= least:
