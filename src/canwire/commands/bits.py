@@ -33,7 +33,7 @@ _MARGIN = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("frame", metavar="FRAME", help="as in a log: 123#DEADBEEF, 123#R4, 123##1AABB")
     parser.add_argument("--bit-rate", type=int, default=500_000, metavar="BIT/S", help="default: 500000")
     parser.add_argument(
@@ -93,7 +93,7 @@ def _page(
     parts: list[WireField],
     duration_ns: Fraction,
 ) -> list[str]:
-    """Everything for people: headline, fields, drawing."""
+    """Return the lines of the text output: headline, fields, drawing."""
     on_terminal = sys.stdout.isatty()
     width = shutil.get_terminal_size().columns if on_terminal else _PLAIN_WIDTH
     fancy = on_terminal and "utf" in (sys.stdout.encoding or "").lower()

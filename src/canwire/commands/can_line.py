@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 
 def add_line_arguments(parser: argparse.ArgumentParser) -> None:
-    """LINE, --bit-rate, --data-bit-rate, --hub."""
+    """Add LINE, --bit-rate, --data-bit-rate and --hub."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
     add_rate_arguments(parser)
 
 
 def add_rate_arguments(parser: argparse.ArgumentParser) -> None:
-    """--bit-rate, --data-bit-rate, --hub."""
+    """Add --bit-rate, --data-bit-rate and --hub."""
     add_rate_argument(parser, "--bit-rate", "for a line that nobody started", WantedMode.USUAL_BIT_RATE)
     add_rate_argument(parser, "--data-bit-rate", "likewise, CAN FD", WantedMode.USUAL_DATA_BIT_RATE)
     add_hub_argument(parser)

@@ -6,5 +6,5 @@ import sys
 
 
 def complain(what: str) -> None:
-    """One line for people, beside the output."""
+    """Print one line on stderr, apart from the output."""
     print(f"canwire: {what}", file=sys.stderr, flush=True)

@@ -39,7 +39,7 @@ _COMMENT_COLUMN = 52
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("--seconds", type=float, default=30.0, metavar="N", help="of bus time (30)")
     add_time_argument(parser, ("virtual", "real"), "a private bus is virtual, or follows the clock")
     parser.add_argument(
@@ -73,7 +73,7 @@ class Demo:
         self._quiet = quiet
 
     def run(self, seconds: float) -> Summary:
-        """All of it; what it came to."""
+        """Run the network for this many seconds of bus time; returns the summary."""
         started_ns = time.monotonic_ns()
         with Lab(time=self._time) as lab:
             bus = lab.can_bus("can0", bit_rate=_BIT_RATE)

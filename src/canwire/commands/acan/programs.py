@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def term(arguments: argparse.Namespace) -> int:
-    """CANTERM."""
+    """Run CANTERM."""
     words = parsed(arguments.words, "CR", "IEL")
     if len(words.rest) != 2:
         raise BadValue("two machine numbers are needed: LOCAL REMOTE, as in `canwire acan term 1 2`")
@@ -49,7 +49,7 @@ def term(arguments: argparse.Namespace) -> int:
 
 
 def wct(arguments: argparse.Namespace) -> int:
-    """WCT in its window, or as plain bytes."""
+    """Run WCT in its window, or copy plain bytes."""
     from canwire.commands.acan.wct import overridden, read_settings
 
     words = parsed(arguments.words, "CR")
@@ -80,7 +80,7 @@ def wct(arguments: argparse.Namespace) -> int:
 
 
 def spy(arguments: argparse.Namespace) -> int:
-    """CANSPY in its window, or in plain lines."""
+    """Run CANSPY in its window, or print plain lines."""
     words = parsed(arguments.words, "CR")
     if words.rest:
         raise BadValue(f"{words.rest[0]!r}: CANSPY takes no words but /C: and /R:")
@@ -150,7 +150,7 @@ def _remark(driver: Driver) -> None:
 
 
 def _rates(words: Words) -> tuple[int, int]:
-    """Clock in kHz and rate in kbit/s."""
+    """Return the clock in kHz and the bit rate in kbit/s."""
     return words.number("C", CLOCK_KHZ), words.number("R", RATE_KBPS)
 
 

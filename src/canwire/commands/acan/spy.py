@@ -79,15 +79,15 @@ class Trace:
         return [line for line, _ in self._lines]
 
     def write(self, line: str) -> None:
-        """A line as it is."""
+        """Add a line unchanged."""
         self._add(line, message=False)
 
     def note(self, what: str) -> None:
-        """A line with the time in front."""
+        """Add a line that begins with the time."""
         self._add(f"{self._clock()} - {what}", message=False)
 
     def take(self, frames: Iterable[Frame]) -> None:
-        """Messages, shown with the time it is now; off, they are only counted."""
+        """Show messages with the present time; while the trace is off, only count them."""
         for frame in frames:
             if self.on:
                 self._add(format_trace_line(self._clock(), frame), message=True)
@@ -96,7 +96,7 @@ class Trace:
                 self._passed += 1
 
     def resume(self) -> None:
-        """On; says how many messages passed by."""
+        """Turn the trace on, and note how many messages passed by."""
         if self._passed:
             self.note(f"{self._passed} messages passed by")
         self.on, self._passed = True, 0
@@ -199,7 +199,7 @@ class Spy:
         self.trace.close()
 
     def take(self, limit: int | None = None) -> None:
-        """What has come, at most `limit` messages of it, into the trace."""
+        """Put received messages into the trace, at most `limit` of them (None: all)."""
         block = self._block
         if block is None:
             return

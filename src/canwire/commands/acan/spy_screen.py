@@ -80,7 +80,7 @@ class SpyScreen(Window):
         self._tell()
 
     def action_clear(self) -> None:
-        """Control/Clear."""
+        """Control/Clear: remove all lines of the trace."""
         self.spy.trace.clear()
         self._lines().clear()
 

@@ -83,7 +83,7 @@ class Terminal:
         return data if self.echo else b""
 
     def received(self) -> bytes:
-        """What came since the last call; with loop it is on its way back. Fills `complaints`."""
+        """Return the bytes received since the last call; with loop, also send them back. Fills `complaints`."""
         block = self._block
         if block is None:
             return b""

@@ -160,7 +160,7 @@ def _complaints(terminal: Terminal) -> list[str]:
 
 
 def _say(what: str) -> None:
-    """One line for people on a raw screen."""
+    """Print one line on stderr for a screen in raw mode."""
     print(f"\r\ncanwire: {what}", end="\r\n", file=sys.stderr, flush=True)
 
 

@@ -32,7 +32,7 @@ _INI = Path("WCT.INI")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = __doc__
     verbs = parser.add_subparsers(metavar="program", required=True)
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _no_options(sub: argparse.ArgumentParser) -> None:
-    """This program has no options."""
+    """Add no options: this program has none."""
 
 
 def _program_options(sub: argparse.ArgumentParser) -> None:

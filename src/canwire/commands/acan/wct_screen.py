@@ -86,14 +86,14 @@ class WctScreen(Window):
         self.guarded(lambda: self._show(self.wct.terminal.typed(keys)))
 
     def action_options(self) -> None:
-        """Options/CAN."""
+        """Open the dialog of Options/CAN."""
         texts, hints = self.wct.settings.texts(), Settings.hints()
         fields = [Field(name, text, f"{name}: {hints[name]}") for name, text in texts.items()]
         if len(self.screen_stack) == 1:
             self.push_screen(Dialog("CAN", fields, self._apply))
 
     def _apply(self, values: Mapping[str, str]) -> None:
-        """Immediately, and into the file."""
+        """Apply the settings immediately, then write them to the file."""
         settings = Settings.of_texts({name.lower(): value for name, value in values.items()})
         self.wct.apply(settings)
         self._tell()

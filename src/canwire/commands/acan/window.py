@@ -40,7 +40,7 @@ class News(Message):
 
 
 class Title(Label):
-    """A menu's, in the bar."""
+    """The title of a menu, in the bar."""
 
     def __init__(self, menu: Menu, number: int) -> None:
         super().__init__(f" {menu.title} ", markup=False)
@@ -75,7 +75,7 @@ class PullDown(ModalScreen[str]):
         self.action_turn(0)
 
     def action_turn(self, step: int) -> None:
-        """To the menu beside this one."""
+        """Turn to the next menu in the direction of `step`."""
         self._number = (self._number + step) % len(self._menus)
         entries = self.query_one("#entries", OptionList)
         entries.border_title = self._menus[self._number].title
@@ -85,7 +85,7 @@ class PullDown(ModalScreen[str]):
         entries.focus()
 
     def action_choose(self) -> None:
-        """What is highlighted."""
+        """Close the menu; its result is the action of the highlighted entry."""
         entries = self._menus[self._number].entries
         self.dismiss(entries[self.query_one("#entries", OptionList).highlighted or 0][1])
 

@@ -29,7 +29,7 @@ _SHOWN = 10  # runs that did not pass, in words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("file", metavar="FILE.py", help="the campaign")
     parser.add_argument(
         "--runs", type=int, metavar="N", help="number of runs (default: each combination of its lists once)"

@@ -130,7 +130,7 @@ class Terminal:
 
     @property
     def is_open(self) -> bool:
-        """Somebody has it open."""
+        """Whether a program has the terminal open."""
         return self._open.is_set()
 
     def lines(self) -> Iterator[bytes]:

@@ -31,12 +31,12 @@ class Failure(Exception):
 
 
 def say(line: str) -> None:
-    """A line for the reader of the program's output."""
+    """Print a line of the program's output."""
     print(line, flush=True)
 
 
 def open_device(switches: Switches, hub: Hub, *, read: bool = False, write: bool = False) -> Handle:
-    """The device; raises Failure."""
+    """Open the device; raises Failure."""
     from canwire import candrv
 
     try:
@@ -59,7 +59,7 @@ def failed(what: str, error: CanwireError) -> Failure:
 
 
 def hub_of(switches: Switches, closing: ExitStack) -> Hub:
-    """The shared hub; raises Failure."""
+    """Connect to the shared hub; raises Failure."""
     try:
         arguments = argparse.Namespace(hub=switches.hub)
         return connected(arguments, f"candrv {switches.program.lower().removeprefix('can')}", closing)

@@ -37,7 +37,7 @@ READ_BUFFER = 100  # characters, as CanRead has it; the longest event takes fewe
 
 
 def can_write(switches: Switches, closing: ExitStack) -> int:
-    """1000 messages with increasing identifiers."""
+    """Send 1000 messages with increasing identifiers."""
     hub = hub_of(switches, closing)
     with open_device(switches, hub) as query:
         rate = set_rate(switches, query)
@@ -82,12 +82,12 @@ def _write_all(device: Handle, start: str, log: IO[bytes] | None, written: Writt
 
 
 def can_read(switches: Switches, closing: ExitStack) -> int:
-    """All events as ReadFile gives them, until Ctrl-C."""
+    """Print all events as ReadFile returns them, until Ctrl-C."""
     return _receive(switches, closing, lambda device: device.read_text(READ_BUFFER))
 
 
 def can_mon(switches: Switches, closing: ExitStack) -> int:
-    """All events of the binary interface, until Ctrl-C."""
+    """Print all events of the binary interface, until Ctrl-C."""
     return _receive(switches, closing, lambda device: f"{shown(device.read_event())}\n".encode())
 
 

@@ -50,14 +50,14 @@ def list_entries(arguments: argparse.Namespace) -> int:
 
 
 def get_entries(arguments: argparse.Namespace) -> int:
-    """One value alone."""
+    """Print the value of one entry."""
     value = _store(arguments).get(arguments.device, arguments.entry)
     print("" if value is None else value)
     return 0
 
 
 def set_entries(arguments: argparse.Namespace) -> int:
-    """Store a value."""
+    """Store the value of an entry."""
     from canwire.candrv.registry.registry import row_of
 
     value = row_of(arguments.entry).parsed(arguments.value)
@@ -66,13 +66,13 @@ def set_entries(arguments: argparse.Namespace) -> int:
 
 
 def delete_entries(arguments: argparse.Namespace) -> int:
-    """Let the default count."""
+    """Delete the stored value of an entry, so that its default applies."""
     _store(arguments).delete(arguments.device, arguments.entry)
     return _tell(arguments)
 
 
 def defaults_entries(arguments: argparse.Namespace) -> int:
-    """Let all defaults count."""
+    """Delete all stored values of a device except those that identify it, so that the defaults apply."""
     _store(arguments).defaults(arguments.device)
     return _tell(arguments)
 

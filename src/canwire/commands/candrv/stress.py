@@ -45,7 +45,7 @@ _TRIES, _BETWEEN_S = 100, 0.002
 
 
 def can_send(switches: Switches, closing: ExitStack) -> int:
-    """Send; 1 if anything was not."""
+    """Send the messages; returns 1 if any was not sent."""
     counts, channels, threads = (switches.numbers.get(letter, usual) for letter, usual in _USUAL.items())
     hub = hub_of(switches, closing)
     handles = [closing.enter_context(open_device(switches, hub, write=True)) for _ in range(channels)]
@@ -117,7 +117,7 @@ class Stress:
             self._seconds = time.monotonic() - begun
 
     def stop(self) -> None:
-        """No further messages."""
+        """Send no further messages."""
         self.stopping = True
 
     def _watch(self) -> None:

@@ -36,7 +36,7 @@ PROGRAMS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """One program with its words: 0, 1 or 2."""
+    """Run one program with its words; returns its exit status: 0, 1 or 2."""
     program: Program = arguments.candrv_program
     say(f"{program.name} V3.0")
     try:

@@ -30,7 +30,7 @@ _NO_OPTIONS = "\0"  # prefix of no option: a program parses its switches itself,
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.description = __doc__
     verbs = parser.add_subparsers(metavar="program", required=True)

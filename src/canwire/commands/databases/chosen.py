@@ -30,7 +30,7 @@ class _Once(argparse.Action):
 def add_database_argument(
     parser: argparse._ActionsContainer, what: str, *, several: bool = False, required: bool = False
 ) -> None:
-    """--db, --no-strict and --encoding; with `several`, --db may be repeated and given as CHANNEL=FILE."""
+    """Add --db, --no-strict and --encoding; with `several`, --db may be repeated and given as CHANNEL=FILE."""
     if several:
         parser.add_argument(
             "--db",
@@ -48,7 +48,7 @@ def add_database_argument(
 
 
 def add_reading_arguments(parser: argparse._ActionsContainer) -> None:
-    """--no-strict and --encoding."""
+    """Add --no-strict and --encoding."""
     parser.add_argument(
         "--no-strict", action="store_true", help="also accept a file with signals that overlap or do not fit"
     )

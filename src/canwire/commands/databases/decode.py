@@ -38,7 +38,7 @@ FORMS = ("text", "columns", "json")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("log", metavar="LOG", help="a log of any format; - is standard input")
     add_database_argument(parser, "names and signals", several=True, required=True)
     parser.add_argument(

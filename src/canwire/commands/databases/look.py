@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("db", metavar="FILE", help=f"a {KINDS}")
     parser.add_argument(
         "messages",
@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def line_of(message: MessageDescription) -> str:
-    """A message in one line."""
+    """Return one line that describes a message."""
     kind = "LIN" if message.lin else "FD" if message.fd else "J1939" if message.j1939 else ""
     cycle = f"every {message.cycle_s * 1000:g} ms" if message.cycle_s else ""
     words = [
@@ -92,7 +92,7 @@ def whole(message: MessageDescription) -> Iterator[str]:
 
 
 def signal_text(signal: SignalDescription) -> str:
-    """A signal in one line."""
+    """Return one line that describes a signal."""
     kind = "float" if signal.is_float else "signed" if signal.signed else "unsigned"
     order = "big endian" if signal.big_endian else "little endian"
     paged = ""

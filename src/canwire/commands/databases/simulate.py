@@ -34,7 +34,7 @@ _NS = 1_000_000_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("node", metavar="NODE", help="the node of the description whose messages are sent")
     add_line_arguments(parser)
     add_database_arguments(parser, "the messages of the node")

@@ -19,7 +19,7 @@ Value = int | float | str
 
 
 def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> None:
-    """--db and --fill."""
+    """Add --db and --fill."""
     add_database_argument(parser, what)
     parser.add_argument(
         "--fill",
@@ -30,7 +30,7 @@ def add_database_arguments(parser: argparse._ActionsContainer, what: str) -> Non
 
 
 def add_plugin_argument(parser: argparse._ActionsContainer, what: str) -> None:
-    """--plugin."""
+    """Add --plugin."""
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE:FUNCTION", help=what)
 
 

@@ -19,7 +19,7 @@ _NONE = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("--json", action="store_true", help="print a list of objects: spec and description")
 
 

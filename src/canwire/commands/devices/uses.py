@@ -62,7 +62,7 @@ def boards_of(hub: Hub) -> Iterator[Found]:
 
 
 def _with(boards: Iterable[BoardInfo], bus_type: str) -> list[int]:
-    """Those with such lines."""
+    """Return the ids of the boards that have lines of this bus type."""
     return [board.id for board in boards if any(line.bus_type == bus_type for line in board.lines)]
 
 

@@ -24,7 +24,7 @@ _PAUSES = 5
 
 
 def gathered(hub: str | None) -> Facts:
-    """`hub` is what --hub says."""
+    """Gather all facts; `hub` is the value of --hub, or None."""
     from canwire import core_mode
 
     address, trouble = _usual_address()

@@ -21,7 +21,7 @@ _MARKS = {OK: ("ok", GREEN), NOTE: ("note", YELLOW), PROBLEM: ("PROBLEM", RED)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("--problems", action="store_true", help="show only what must be repaired")
     parser.add_argument("--json", action="store_true", help="print JSON, an object for each finding")
     add_hub_argument(parser)

@@ -22,7 +22,7 @@ class Output(Protocol):
         """Print a line's records, at most `most` (None: all); returns their number."""
 
     def flush(self) -> None:
-        """Hand it on."""
+        """Flush what was printed."""
 
     def end(self, lost: Callable[[], Mapping[str, int]]) -> None:
         """End the output; `lost` has the number of lost records of each line."""

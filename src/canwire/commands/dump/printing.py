@@ -171,7 +171,7 @@ class Printer:
         return f"{text}\n\t{in_words(line.content)}" if isinstance(line.content, BusEvent) else text
 
     def _colour(self, name: str, content: Frame | BusEvent) -> str:
-        """The number of its colour; "" without."""
+        """Return the colour of the content, "" for none."""
         if not self._coloured:
             return ""
         if isinstance(content, BusEvent):

@@ -57,7 +57,7 @@ _BATCH = 1024
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_listening_arguments(parser)
     parser.add_argument("-l", "--log", action="store_true", help="print log lines, as candump -l writes them")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many lines")
@@ -217,7 +217,7 @@ class Dump:
         return summary_of(self._listening, self._output.shown)
 
     def _lost(self) -> dict[str, int]:
-        """By line; nothing where the hub cannot be asked any more."""
+        """Return the number of lost records of each line; an empty dict if the hub does not answer."""
         try:
             return {one.name: self._listening.counted(one).lost for one in self._listening.sources}
         except HubError:

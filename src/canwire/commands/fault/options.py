@@ -98,7 +98,7 @@ def for_play(parser: Parser) -> None:
 
 
 def for_glitch(parser: Parser) -> None:
-    """glitch"""
+    """Add the options of `canwire fault BUS glitch`."""
     parser.add_argument("level", choices=_LEVELS)
     parser.add_argument("--width", type=float, required=True, metavar="NS", help="nanoseconds")
     parser.add_argument("--start", type=float, default=0.0, metavar="NS", help="so long behind the place")
@@ -108,7 +108,7 @@ def for_glitch(parser: Parser) -> None:
 
 
 def for_move_edge(parser: Parser) -> None:
-    """move-edge"""
+    """Add the options of `canwire fault BUS move-edge`."""
     parser.add_argument("quanta", type=int, help="time quanta back, negative: forward")
     parser.add_argument("--to", choices=_LEVELS, default="dominant", help="which edge (default: dominant)")
     _add_at(parser, "frame:13")
@@ -117,24 +117,24 @@ def for_move_edge(parser: Parser) -> None:
 
 
 def for_line(parser: Parser) -> None:
-    """unplug"""
+    """Add the options of `canwire fault BUS unplug`."""
     parser.add_argument("line", metavar="LINE", help="HW000001:1")
 
 
 def for_drift(parser: Parser) -> None:
-    """drift"""
+    """Add the options of `canwire fault BUS drift`."""
     for_line(parser)
     parser.add_argument("ppm", type=float, help="parts per million, negative: slow; up to 100000")
 
 
 def for_rate(parser: Parser) -> None:
-    """rate"""
+    """Add the options of `canwire fault BUS rate`."""
     for_line(parser)
     parser.add_argument("bit_rate", type=int, metavar="BIT/S", help="in place of the configured one")
 
 
 def for_cable(parser: Parser) -> None:
-    """cable"""
+    """Add the options of `canwire fault BUS cable`."""
     parser.add_argument("metres", type=float, help="length; 0: an ideal one")
     parser.add_argument(
         "--node-delay", type=float, default=0.0, metavar="NS", help="of each node, 75 an opto-coupler"
@@ -142,7 +142,7 @@ def for_cable(parser: Parser) -> None:
 
 
 def for_babble(parser: Parser) -> None:
-    """babble"""
+    """Add the options of `canwire fault BUS babble`."""
     _add_id(parser, "of an empty frame, hex; 8 digits: extended (default: 000)")
     parser.add_argument("--frame", metavar="FRAME", help="a whole frame: 123#1122")
     parser.add_argument(
@@ -187,7 +187,7 @@ def frames(arguments: Arguments) -> dict[str, Any]:
 
 
 def lin_id(text: str) -> int:
-    """Raises BadValue."""
+    """Return the identifier that this hexadecimal text gives; raises BadValue."""
     try:
         return int(text, 16)
     except ValueError:
@@ -195,7 +195,7 @@ def lin_id(text: str) -> int:
 
 
 def often(arguments: Arguments) -> dict[str, int | None]:
-    """`times` of --times."""
+    """Return `times` by --times; 0 is None, no limit."""
     return {"times": None if arguments.times == 0 else arguments.times}
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("bus", metavar="BUS", help="name of a bus of the hub: can0, lin0")
     parser.add_argument("--list", action="store_true", help="show the faults that are there")
     parser.add_argument("--clear", action="store_true", help="end faults that --stay left there")

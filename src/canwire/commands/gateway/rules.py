@@ -16,7 +16,7 @@ _Change = tuple[tuple[int, bool], int, int, int]  # frame, byte, value, mask
 
 
 def add_rule_arguments(parser: argparse.ArgumentParser) -> None:
-    """--filter, --map, --change, --rate, --one-way."""
+    """Add --filter, --map, --change, --rate and --one-way."""
     parser.add_argument(
         "--filter",
         action="append",

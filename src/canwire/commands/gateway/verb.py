@@ -31,7 +31,7 @@ _LOOK_S = 1.0  # between two looks at what limits hold back
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_arguments(parser)
     parser.add_argument(
         "other", metavar="OTHER", help="a second line or bus, or a CAN interface of the kernel"

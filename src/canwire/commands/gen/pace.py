@@ -16,7 +16,7 @@ _KEPT = 4096
 
 
 def every(seconds: float) -> Gap:
-    """Always the same gap."""
+    """Return a function that gives each frame the same gap, in seconds."""
     return lambda frame: seconds
 
 

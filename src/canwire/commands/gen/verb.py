@@ -41,7 +41,7 @@ _SEEDS = 1_000_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_arguments(parser)
     _add_frames(parser.add_argument_group("frames"))
     _add_times(parser.add_argument_group("times"))

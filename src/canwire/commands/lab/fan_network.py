@@ -41,10 +41,10 @@ class Coding(Protocol):
         """Fan and on, or None for another frame."""
 
     def temperatures(self) -> Acceptance:
-        """Lets every sensor in and nothing else."""
+        """Return the filter that accepts the messages of every sensor and nothing else."""
 
     def switches(self, fan: int) -> Acceptance:
-        """Lets the commands for one fan in and nothing else."""
+        """Return the filter that accepts the commands for one fan and nothing else."""
 
 
 class PlainIds:

@@ -29,7 +29,7 @@ def opened(path: str) -> Iterator[Output]:
 
 @contextlib.contextmanager
 def naming(path: str) -> Iterator[None]:
-    """An OSError that names no file is about this one."""
+    """Add this file's name to an OSError that names no file."""
     try:
         yield
     except OSError as error:

@@ -13,7 +13,7 @@ from canwire.commands.shared_hub import connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_lin_arguments(parser)
     parser.add_argument(
         "--master", action="store_true", help="start a line that nobody started as master, not as slave"

@@ -32,7 +32,7 @@ class Wish(NamedTuple):
 
 
 def add_lin_arguments(parser: argparse.ArgumentParser) -> None:
-    """LINE, --bit-rate, --hub."""
+    """Add LINE, --bit-rate and --hub."""
     add_line_argument(parser, "HW000001:2, usb-to-can-fd:2, or the name of a bus: lin0")
     add_rate_argument(parser, "--bit-rate", "for a line that nobody started", USUAL_BIT_RATE)
     add_hub_argument(parser)
@@ -113,7 +113,7 @@ def point_out_rates(hub: Hub, place: LinePlace) -> None:
 
 
 def end_schedule(control: LinControl) -> None:
-    """End what runs, whatever has become of the line."""
+    """Stop the schedule; errors of the line or of the hub are ignored."""
     with suppress(CanwireError):
         control.stop_schedule()
 

@@ -66,7 +66,7 @@ def request(arguments: argparse.Namespace) -> int:
 
 
 def identify(arguments: argparse.Namespace) -> int:
-    """Print what the node says of itself."""
+    """Print the identification that the node returns."""
     wanted = read_by_identifier_request(arguments.id, *_product(arguments))
 
     def words(answer: bytes) -> str:
@@ -82,7 +82,7 @@ def identify(arguments: argparse.Namespace) -> int:
 
 
 def assign(arguments: argparse.Namespace) -> int:
-    """A NAD, or identifiers of frames."""
+    """Assign a NAD to a node, or identifiers to its frames."""
     if arguments.frames is None:
         wanted = assign_nad_request(_octet("--nad", arguments.nad), *_product(arguments))
         return _ask(arguments, wanted, lambda answer: f"is NAD {arguments.nad} now")
@@ -95,7 +95,7 @@ def save(arguments: argparse.Namespace) -> int:
 
 
 def _ask(arguments: argparse.Namespace, payload: bytes, words: object) -> int:
-    """Send it as master, and print what answers; NotReceived is an error like any other."""
+    """Send the request as master and print the answer; returns 1 if the node refuses. Raises NotReceived."""
     assert callable(words)
     nad = _octet("NAD", arguments.node)
     with ExitStack() as closing:

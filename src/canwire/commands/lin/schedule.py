@@ -26,7 +26,7 @@ _ROUND_S = 0.05  # between two looks whether a schedule is over
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_lin_arguments(parser)
     parser.add_argument(
         "slots", nargs="*", metavar="SLOT", help="10, 11:4@10ms (bytes asked for, time to the next), 12#0102"
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _follow(hub: Hub, shown: Shown, monitor: Monitor, end_ns: int | None) -> None:
-    """Show what comes until that time of the hub; None: without end."""
+    """Show messages until the hub's time is `end_ns` (None: without end)."""
     while True:
         message = monitor.receive(None if end_ns is None else _ROUND_S)
         if message is not None:

@@ -29,7 +29,7 @@ _LOOK_S = 0.002  # between two looks whether the line is free
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_lin_arguments(parser)
     parser.add_argument(
         "frames", nargs="+", metavar="FRAME", help="10#0102, 10#0102_C; a header: 10#R, 10#R4"
@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send; 1 if something was not seen on the bus."""
+    """Send the frames; returns 1 if one of them was not seen on the bus."""
     frames = [parse_lin_frame(text) for text in arguments.frames]
     for option, least in (("count", 1), ("timeout", 0)):
         if not getattr(arguments, option) >= least:

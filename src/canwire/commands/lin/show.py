@@ -69,7 +69,7 @@ class Shown:
 
 
 def opened_monitor(hub: Hub, place: LinePlace, closing: ExitStack, *, events: bool) -> Monitor:
-    """An active one on this line."""
+    """Open a monitor on this line and activate it; `closing` closes it."""
     monitor = closing.enter_context(hub.open_monitor(place.board.id, place.line))
     monitor.set_up(LinMonitorMode(receive=_QUEUE, events=tuple(map(int, _EVENTS)) if events else ()))
     monitor.activate()

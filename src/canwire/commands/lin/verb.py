@@ -26,7 +26,7 @@ from canwire.commands.lin import dump, request, schedule, send, slave
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     verbs = parser.add_subparsers(metavar="verb", required=True)
     for name, help, arguments, verb in (
         ("dump", "show what happens on a line", dump.add_arguments, dump.run),

@@ -34,7 +34,7 @@ _PATIENCE_S = 3.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
     parser.add_argument(
         "--timeout", type=float, default=1.0, metavar="SECONDS", help="how long to listen at each rate (1)"
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find it and print it; 1 if no rate fits. InUse for a line that others use, HubError for what cannot be."""
+    """Find and print the bit rate; returns 1 if none fits. Raises InUse for a line that others use, HubError."""
     if not 0 < arguments.timeout <= _LONGEST_S:
         raise BadValue(f"--timeout {arguments.timeout}: more than 0 seconds, {_LONGEST_S:.0f} at most")
     with ExitStack() as closing:

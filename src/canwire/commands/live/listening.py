@@ -53,7 +53,7 @@ class Counted(NamedTuple):
 
 
 def add_listening_arguments(parser: argparse.ArgumentParser) -> None:
-    """LINE ..., --bit-rate, --data-bit-rate, --hub."""
+    """Add LINE ..., --bit-rate, --data-bit-rate and --hub."""
     parser.add_argument(
         "lines",
         nargs="+",
@@ -223,7 +223,7 @@ def summary_of(listening: Listening, shown: dict[str, int]) -> list[str]:
 
 
 def complain_each(lines: Sequence[str]) -> None:
-    """One after the other, beside the output."""
+    """Print each line on stderr."""
     for line in lines:
         complain(line)
 

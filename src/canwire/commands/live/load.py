@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "buses", nargs="*", metavar="BUS", help="can0, or a line: HW000001:0 (default: every bus)"
     )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_filter_argument(parser: argparse._ActionsContainer) -> None:
-    """--filter."""
+    """Add --filter."""
     parser.add_argument(
         "--filter",
         action="append",
@@ -25,7 +25,7 @@ def add_filter_argument(parser: argparse._ActionsContainer) -> None:
 
 
 def add_map_argument(parser: argparse._ActionsContainer, what: str) -> None:
-    """--map."""
+    """Add --map."""
     parser.add_argument("--map", action="append", default=[], metavar="CHANNEL=NAME", help=what)
 
 

@@ -41,7 +41,7 @@ __doc__ = (__doc__ or "").format(
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "logs", nargs="+", metavar="IN", help="a log of any format; - is standard input; with --merge several"
     )

@@ -45,7 +45,7 @@ _TURN_S = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "lines",
         nargs="+",
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _rotation(arguments: argparse.Namespace) -> tuple[int | None, float | None]:
-    """Bytes and seconds of a file."""
+    """Return the size in bytes and the time in seconds after which a new file begins; None without the option."""
     size, span = arguments.rotate_size, arguments.rotate_time
     return (
         None if size is None else int(_number("--rotate-size", size, _SIZES)),
