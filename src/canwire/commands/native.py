@@ -108,7 +108,7 @@ def _dotnet(arguments: argparse.Namespace) -> list[str]:
 
 
 def _linked(interface: str, *, windows: bool) -> list[str]:
-    """Linker options. A Windows library is complete alone; GCC's runtime is linked statically, for other machines."""
+    """Return linker options; a Windows library needs no other one, and GCC's runtime is linked statically to it."""
     home = library_directory(windows=windows)
     if windows:
         return [f"-L{home}", f"-l{interface}", "-luuid", "-static-libgcc", "-static-libstdc++"]

@@ -74,7 +74,7 @@ def _values(hub: Hub, board: BoardInfo, line: int) -> tuple[RegisterValue, ...]:
 
 
 def _follow(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
-    """Print changes until Ctrl-C: on a terminal the whole table each time, elsewhere only the changed lines."""
+    """Print the registers at each interval: on a terminal the whole table, elsewhere only the changed lines."""
     before: tuple[RegisterValue, ...] = ()
     pause = threading.Event()
     looks = 0
