@@ -99,7 +99,7 @@ class Sending:
         self._told = False
 
     def send(self, frames: Sequence[Frame | Callable[[int], Frame]], count: int, gap_s: float) -> None:
-        """Queue all frames at their times, `count` rounds; stop if the queue stays full."""
+        """Queue all frames `count` times, `gap_s` apart; a function gets its round. Stop if the queue stays full."""
         total = count * len(frames)
         due_s = time.monotonic()
         for number in range(total):

@@ -263,7 +263,7 @@ class Turns(Polling):
             me.outside -= 1
 
     def _stand_still(self) -> None:
-        """All threads wait without a timeout: wait for descriptors, or raise HubError in one thread."""
+        """All threads wait without a timeout: wait for a thread outside or for descriptors, or raise HubError."""
         if self._away:
             self._poked.acquire()
             return
