@@ -36,7 +36,7 @@ DOTNET = "dotnet"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "interface",
         nargs="?",
@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what was asked for in one line.
+    """Print the requested options in one line.
 
     BadValue for nothing, and for what .NET or Windows have not; Unsupported where no libraries were built, or no
     compiler is.
@@ -108,7 +108,7 @@ def _dotnet(arguments: argparse.Namespace) -> list[str]:
 
 
 def _linked(interface: str, *, windows: bool) -> list[str]:
-    """Of Windows' libraries each is complete; what GCC adds to a program goes into it, so that it runs elsewhere."""
+    """Return linker options; a Windows library needs no other one, and GCC's runtime is linked statically to it."""
     home = library_directory(windows=windows)
     if windows:
         return [f"-L{home}", f"-l{interface}", "-luuid", "-static-libgcc", "-static-libstdc++"]

@@ -15,7 +15,7 @@ from canwire.commands.shared_hub import add_hub_argument, connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "factor", nargs="?", metavar="FACTOR|free", type=_factor, help="seconds that pass in one of the clock"
     )
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Change it, if it is to be another one, and print it."""
+    """Set the pace if a factor is given, and print the pace. Raises WrongState for a hub not in lockstep."""
     with ExitStack() as closing:
         hub = connected(arguments, "pace", closing)
         if hub.time != "lockstep":
@@ -36,14 +36,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def pace_text(pace: float) -> str:
-    """The pace as text."""
+    """Return the pace as text."""
     return (
         f"time passes {pace:g} times as quickly as the clock" if pace else "time passes as quickly as it can"
     )
 
 
 def _factor(text: str) -> float:
-    """0 for free."""
+    """Return the factor in the text; "free" is 0."""
     if text == "free":
         return 0.0
     try:

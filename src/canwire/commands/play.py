@@ -49,7 +49,7 @@ _PRIVATE_DEFAULTS = {"bus": "can0", "time": "virtual", "bit_rate": 500_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "log", metavar="LOG", help="a log of any format; - is a candump log on standard input"
     )
@@ -144,12 +144,12 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _rounds(text: str) -> int:
-    """How often the log is played: a number, or 0 for endlessly, which canplayer calls i."""
+    """Return how many times the log is played; 0 is without end, for "i" as in canplayer."""
     return 0 if text == "i" else int(text)
 
 
 def wanted_by(capture: Capture) -> Callable[[Frame], bool] | None:
-    """Whether a frame is to be played; None: all are."""
+    """Return a function that says whether a frame is to be played; None if all are."""
     return capture.accepts if capture.filters else None
 
 
@@ -196,7 +196,7 @@ def _play_privately(arguments: argparse.Namespace, wanted: Callable[[Frame], boo
 
 
 class Player:
-    """A bus with the log's senders and a recorder."""
+    """Plays a log on a bus that has the log's senders and a recorder."""
 
     def __init__(self, arguments: argparse.Namespace, found: Survey, closing: ExitStack) -> None:
         self.going_back = 0
@@ -219,7 +219,7 @@ class Player:
         self._recorded = 0
 
     def play(self, log: CandumpLog | AnyLog) -> None:
-        """Every frame of the log, and on until the bus is idle."""
+        """Play every frame of the log, then run until the bus is idle."""
         due_ns = 0
         for number, frame, _ in log.frames():
             stamp_ns = frame.timestamp_ns - self._first_ns
@@ -234,7 +234,7 @@ class Player:
         self._record()
 
     def summary(self) -> Summary:
-        """The numbers so far."""
+        """Return the numbers so far."""
         return Summary.of(
             self._bus,
             frames=self._recorded,
@@ -244,7 +244,7 @@ class Player:
         )
 
     def _send(self, frame: Frame) -> None:
-        """Queue the frame; where queues are full the log waits for the bus."""
+        """Queue the frame; while a queue is full, let time pass on the bus and try again."""
         while True:
             try:
                 if self._sent - self._recorded < _IN_FLIGHT:
@@ -260,7 +260,7 @@ class Player:
         self._record()
 
     def _record(self) -> None:
-        """Empty the recorder's queue."""
+        """Count the frames in the recorder's queue and write them to the output log."""
         frames = self._recorder.receive_many(_IN_FLIGHT)
         self._recorded += len(frames)
         if self._out is not None:
@@ -271,7 +271,7 @@ class Player:
 
 
 def _sender(bus: LabBus, found: Survey, senders: str) -> Callable[[Frame], None]:
-    """What queues a frame, or raises QueueFull."""
+    """Return a function that queues a frame, or raises QueueFull."""
     if senders == "each":
         return Senders(bus, found.keys).send
     node = bus.node("player", receives=False, receive_queue=1, transmit_queue=_IN_FLIGHT)
@@ -279,7 +279,7 @@ def _sender(bus: LabBus, found: Survey, senders: str) -> Callable[[Frame], None]
 
 
 def _check_names(arguments: argparse.Namespace) -> None:
-    """The bus's name must fit into a log; no output may overwrite the log that is read, or the other one."""
+    """Raise BadValue if the bus's name does not fit into a log, or if one file is given twice."""
     if not re.fullmatch(r"[^\s()]+", arguments.bus):
         raise BadValue(f"--bus {arguments.bus!r}: a name without blanks and parentheses")
     taken: dict[str, str] = {}
@@ -291,7 +291,7 @@ def _check_names(arguments: argparse.Namespace) -> None:
 
 
 def _skipped_lines(skipped: dict[str, int]) -> list[str]:
-    """A line for everything that was not played as the log has it."""
+    """Return a line with a count for each reason why lines were not played as the log contains them."""
     notes = {
         "broken_lines": ("skipped", "broken lines"),
         "error_frames_skipped": ("skipped", "error frames of the log"),

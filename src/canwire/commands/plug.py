@@ -16,7 +16,7 @@ from canwire.commands.shared_hub import add_hub_argument, connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "kind", metavar="KIND", help="kind of the board: usb-to-can-fd, usb-to-can, inducan104, pc-i04, ..."
     )
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def hexadecimal(text: str) -> int:
-    """280, 280h or 0x280"""
+    """Return the number in a hexadecimal text: 280, 280h or 0x280."""
     return int(text.removesuffix("h"), 16)
 
 

@@ -33,7 +33,7 @@ def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = 
 
 
 def not_if(arguments: argparse.Namespace, starts_again: bool, what: str) -> None:
-    """Turns --reconnect off where `what` would start again from the beginning; raises BadValue if it was given."""
+    """Turn --reconnect off if `what` would start again from the beginning; raises BadValue if it was given."""
     if starts_again and arguments.reconnect:
         raise BadValue(f"--reconnect: not together with {what}, which would start again from the beginning")
     if starts_again:
@@ -41,7 +41,7 @@ def not_if(arguments: argparse.Namespace, starts_again: bool, what: str) -> None
 
 
 class Watch:
-    """When the hub was connected. It is `watch` in a verb's arguments, and `connected` in shared_hub.py notifies it."""
+    """Records when the hub was connected. A verb's arguments contain it as `watch`; `connected` notifies it."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
@@ -51,7 +51,7 @@ class Watch:
         self.lines: dict[str, tuple[str, frozenset[str]]] = {}  # same_lines.py
 
     def found(self) -> None:
-        """The hub is connected; print how long it was not."""
+        """Record that the hub is connected; print how long it was not."""
         if self._lost_s is not None:
             away_s = self._clock_s() - self._lost_s
             complain(
@@ -61,11 +61,11 @@ class Watch:
 
     @property
     def there(self) -> bool:
-        """What is known of it."""
+        """True while the hub is connected."""
         return self.known and self._lost_s is None
 
     def lost(self, error: HubError | NoSuchBoard) -> None:
-        """It is gone, or not back yet; each reason is shown once."""
+        """Record that the hub is lost, or not back yet; print the reason if it differs from the previous one."""
         if self._lost_s is None:
             self._lost_s = self._clock_s()
         if str(error) != self._told:
@@ -74,9 +74,9 @@ class Watch:
 
 
 def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace], int]) -> int:
-    """`work` until it ends; and once more whenever its hub is gone, but not before it was there once.
+    """Run `work` until it ends; run it again whenever its hub is lost, if the hub was connected before.
 
-    With --reconnect also when something of the hub's is; without it, False, not at all.
+    With --reconnect, also after NoSuchBoard or another HubError; with --no-reconnect (False), never.
     """
     if arguments.reconnect is False:
         return work(arguments)

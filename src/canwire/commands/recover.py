@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ask for it, and say how each line is then; BadValue for a LIN line, NoSuchBoard, InUse.
+    """Recover the lines and print the state of each; raises BadValue for a LIN line, NoSuchBoard, InUse.
 
-    InUse is for a line that one program has for itself alone.
+    InUse means that one program uses the line exclusively.
     """
     with ExitStack() as closing:
         hub = connected(arguments, "recover", closing)
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def recover(hub: Hub, place: LinePlace) -> None:
-    """Any program that takes part in a line may recover it, so this one takes part for a moment."""
+    """Recover the line; this program opens a channel for it, as only programs with a part in a line may do so."""
     with hub.open_channel(place.board.id, place.line):
         hub.recover(place.board.id, place.line)
 

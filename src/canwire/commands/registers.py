@@ -23,7 +23,7 @@ _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("board", metavar="BOARD", help="HW000003, or a kind: inducan104")
     parser.add_argument(
         "--line", type=int, default=0, metavar="N", help="which of its lines (default: %(default)s)"
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table(values: Sequence[RegisterValue], changed: frozenset[str] = frozenset()) -> list[str]:
-    """A line for each register: address, name, value, its bits in words; * marks what has changed."""
+    """Return a line for each register: address, name, value, its bits in words; * marks changed registers."""
     width = max(len(value.name) for value in values)
     return [
         f"{value.address:3} {value.name:<{width}} {value.value:02X} {value.value:08b}"
@@ -74,7 +74,7 @@ def _values(hub: Hub, board: BoardInfo, line: int) -> tuple[RegisterValue, ...]:
 
 
 def _follow(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
-    """On a terminal the whole table again each time, elsewhere only the lines that changed."""
+    """Print the registers at each interval: on a terminal the whole table, elsewhere only the changed lines."""
     before: tuple[RegisterValue, ...] = ()
     pause = threading.Event()
     looks = 0

@@ -47,7 +47,7 @@ _TRIES = 100  # to take back a frame that is repeated without end, and so nearly
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_arguments(parser)
     add_database_arguments(parser, "messages are sent by name")
     add_plugin_argument(parser, "finishes each message of --db: counters, checksums")
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _plugins(words: list[str]) -> list[Plugin]:
-    """Raises BadValue; without words nothing is loaded."""
+    """Return the plugins with these names; without words, nothing is loaded. Raises BadValue."""
     if not words:
         return []
     from canwire.commands.databases.plugins import find_plugin
@@ -88,7 +88,7 @@ def _plugins(words: list[str]) -> list[Plugin]:
 
 
 class Sending:
-    """Frames on their way from one channel; `timeout_s` is how long it may get no further."""
+    """Sends frames by one channel; `timeout_s` is the longest time without progress, in seconds."""
 
     def __init__(self, hub: Hub, place: LinePlace, channel: HubChannel, timeout_s: float) -> None:
         self._hub = hub
@@ -99,7 +99,7 @@ class Sending:
         self._told = False
 
     def send(self, frames: Sequence[Frame | Callable[[int], Frame]], count: int, gap_s: float) -> None:
-        """Queue them all in time, each as it is in its round; where the queue stays full the rest is left."""
+        """Queue all frames `count` times, `gap_s` apart; a function gets its round. Stop if the queue stays full."""
         total = count * len(frames)
         due_s = time.monotonic()
         for number in range(total):
@@ -113,7 +113,7 @@ class Sending:
                 return
 
     def queue(self, frame: Frame) -> bool:
-        """Queue one, and wait for room if need be; False if there was none in time."""
+        """Queue a frame; wait for room in the queue if it is full. False if there was no room in time."""
         self._total += 1
         try:
             self._channel.send(frame, timeout=self._timeout_s)
@@ -122,7 +122,7 @@ class Sending:
         return True
 
     def offer(self, frame: Frame) -> bool:
-        """Queue one if there is room now; False if not, which says once why the bus takes nothing."""
+        """Queue a frame if there is room now; if not, return False and say once why the bus takes no frames."""
         try:
             self._channel.send(frame)
         except QueueFull:
@@ -132,7 +132,7 @@ class Sending:
         return True
 
     def queue_patiently(self, frame: Frame, end: Callable[[], bool]) -> bool:
-        """Queue one, however long there is no room; False at the `end`, or once the line does not run any more."""
+        """Queue a frame and wait for room without limit; False if `end()` is true or the line no longer runs."""
         self._total += 1
         while not end():
             try:
@@ -147,7 +147,7 @@ class Sending:
         return False
 
     def tell_of_waiting(self) -> None:
-        """Say why the bus takes nothing, once for all."""
+        """Say why the bus takes no frames; only the first call prints."""
         if not self._told:
             self._told = True
             why = self._why(self._channel.status(), self._place.status(self._hub))
@@ -155,11 +155,11 @@ class Sending:
 
     @property
     def delivered(self) -> int:
-        """How many the bus has taken so far."""
+        """The number of frames that the bus has carried so far."""
         return self._channel.status().delivered
 
     def result(self) -> int:
-        """Wait until the bus has carried the frames; say which are missing and why, and discard those that wait."""
+        """Wait until the bus has carried the frames; else say how many are missing and why, and discard them."""
         status = self._settled()
         if status.delivered < self._total:
             why = self._why(status, self._place.status(self._hub))
@@ -176,7 +176,7 @@ class Sending:
         return status
 
     def _changes(self, pending: int) -> bool:
-        """Wait until another number of frames is pending; False when the time is over."""
+        """Wait until the number of pending frames changes; False if `timeout_s` is over before."""
 
         def changed() -> bool:
             return self._channel.status().pending != pending
@@ -191,7 +191,7 @@ class Sending:
         return True
 
     def give_up(self) -> ChannelStatus:
-        """Discard all that waits. A frame on the wire cannot be discarded: try again after it."""
+        """Discard all waiting frames; retry after a frame on the wire, which cannot be discarded."""
         for _ in range(_TRIES):
             self._channel.cancel()
             status = self._channel.status()
@@ -228,7 +228,7 @@ class Sending:
 
 
 def format_text(line: LineStatus) -> str:
-    """Which frames a line can send."""
+    """Return text that says which frames a line can send."""
     mode = line.mode
     if mode is None:
         return "nothing"

@@ -38,7 +38,7 @@ USUAL_LINK = "ttyCANBUS0"  # in canwire.state_directory()
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "--socket",
         "--hub",
@@ -135,7 +135,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _programs(text: str) -> int | list[str]:
-    """A number of them, or their names."""
+    """Return the number of programs, or their names."""
     names = [name.strip() for name in text.split(",")]
     if len(names) == 1 and names[0].isdecimal() and int(names[0]) > 0:
         return int(names[0])
@@ -162,7 +162,7 @@ def _dongle(link: str, address: str | None) -> contextlib.AbstractContextManager
 
 @contextlib.contextmanager
 def _verb(name: str, *words: str, hub: str | None) -> Iterator[None]:
-    """A separate process runs it: what it parses takes no time from the buses."""
+    """Run a verb in a separate process, so that its work takes no time from the buses; end it on exit."""
     address = hub or canwire.default_address()
     with subprocess.Popen([sys.executable, "-m", "canwire", name, *words, "--hub", address]) as process:
         yield
@@ -170,7 +170,7 @@ def _verb(name: str, *words: str, hub: str | None) -> Iterator[None]:
 
 
 def _tell_systemd(what: str) -> None:
-    """sd_notify(3), where systemd has asked for it."""
+    """Send this state to systemd by sd_notify(3), if NOTIFY_SOCKET is set."""
     address = os.environ.get("NOTIFY_SOCKET")
     if address:
         with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notifier:

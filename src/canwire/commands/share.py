@@ -46,7 +46,7 @@ _LOOK_S = 0.05
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "specs",
         nargs="*",
@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Plug them all in, or none; 2 if one of them cannot be."""
+    """Plug in all adapters, or none; return 2 if one of them cannot be plugged in."""
     specs = [parse_spec(spec) for spec in arguments.specs]
     if not specs:
         return list_adapters()
@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def serve(arguments: argparse.Namespace, specs: list[tuple[str, str]], address: str | None) -> int:
-    """A hub of our own, with these adapters, until SIGTERM or SIGINT; the exit status."""
+    """Run a hub with these adapters until SIGTERM or SIGINT; return the exit status."""
     stop = Event(manual_reset=True)
     status = 0
 
@@ -133,7 +133,7 @@ def share(
 
 
 def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
-    """Start its line persistently: no program has to hold it."""
+    """Start the board's line so that it keeps running without a program that uses it."""
     wanted = wanted_by(arguments)
     mode = line_mode(board.lines[0].capabilities, wanted)
     if wanted.data is None:
@@ -144,7 +144,7 @@ def start(hub: Hub, board: BoardInfo, arguments: argparse.Namespace) -> None:
 
 
 def obstacle_of(hub: Hub, board: BoardInfo, deadline: float, stop: Event | None = None) -> str:
-    """Why its adapter cannot be opened; "" if it takes part, or has identified itself and was not started."""
+    """Return why the adapter cannot be opened; "" if it runs, or has identified itself and was not started."""
     before, place = board.resources, LinePlace(board, 0)
     while True:
         status = place.status(hub)
@@ -160,7 +160,7 @@ def obstacle_of(hub: Hub, board: BoardInfo, deadline: float, stop: Event | None 
 
 
 def introduction_of(hub: Hub, board: BoardInfo, obstacle: str) -> str:
-    """A board in one line."""
+    """Return a description of the board in one line."""
     board, status = hub.board(board.hardware_id), LinePlace(board, 0).status(hub)
     said = ", ".join(f"{what} {which}" for what, which in board.resources if which)
     words = [board.hardware_id, board.kind, said]
@@ -172,7 +172,7 @@ def introduction_of(hub: Hub, board: BoardInfo, obstacle: str) -> str:
 
 
 def parse_spec(text: str) -> tuple[str, str]:
-    """Kind and port of `slcan:/dev/ttyUSB0`, `/dev/ttyUSB0`, `python-can:virtual/0`; raises BadValue."""
+    """Return kind and port of `slcan:/dev/ttyUSB0`, `/dev/ttyUSB0`, `python-can:virtual/0`; raises BadValue."""
     kind, colon, port = text.partition(":")
     if colon and kind in KINDS:
         if not port:

@@ -17,7 +17,7 @@ _VERBS = {"CAN": "`canwire dump` or `canwire send`", "LIN": "`canwire lin dump` 
 
 
 def add_hub_argument(parser: argparse._ActionsContainer, *, again: bool = False) -> None:
-    """--hub, as every command has it that uses shared boards; `again` for a sub-verb whose verb has it, too."""
+    """Add --hub, for each command that uses shared boards; `again` for a sub-verb whose verb has it, too."""
     parser.add_argument(
         "--hub",
         metavar="ADDRESS",
@@ -27,19 +27,19 @@ def add_hub_argument(parser: argparse._ActionsContainer, *, again: bool = False)
 
 
 def add_line_argument(parser: argparse.ArgumentParser, examples: str) -> None:
-    """LINE."""
+    """Add the argument LINE."""
     parser.add_argument("line", metavar="LINE", help=examples)
 
 
 def add_rate_argument(parser: argparse.ArgumentParser, option: str, help: str, usual: int) -> None:
-    """--bit-rate, or another option for one, in bit/s."""
+    """Add an option for a bit rate in bit/s, such as --bit-rate."""
     parser.add_argument(option, type=int, metavar="BIT/S", help=f"{help} (default: {usual})")
 
 
 def connected(
     arguments: argparse.Namespace, verb: str, closing: ExitStack, *, timed: bool | None = False
 ) -> Hub:
-    """The shared hub; raises HubError if none runs, since no other program could use boards of this process.
+    """Return the shared hub; raises HubError if none runs: no other program could use boards of this process.
 
     In a lockstep hub a verb only observes; a `timed` one takes part (None: if CANWIRE_TIMED says so).
     """
@@ -60,7 +60,7 @@ def find_line(
     bus_type: str = "CAN",
     among: Sequence[LinePlace] | None = None,
 ) -> LinePlace:
-    """The line of that name; for a bus's name the first line on it, or for sending the first unused one.
+    """Return the line of that name; for a bus's name the first line on it, or for sending the first unused one.
 
     `among` are the lines that `every_line` has found already.
     Raises NoSuchBoard, which names the existing lines, and BadValue for a line of another type.
@@ -77,7 +77,7 @@ def find_line(
 
 
 def _used(hub: Hub, place: LinePlace) -> bool:
-    """Somebody configures it, or receives or sends there."""
+    """Whether a program has the line's control or a channel on it."""
     if place.info.lin is not None:
         return bool(hub.lin_status(place.board.id, place.line).control_holder)
     status = place.status(hub)

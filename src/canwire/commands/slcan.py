@@ -52,7 +52,7 @@ _MOST_LINKS = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "--pty", metavar="LINK", action="append", default=[], help="a pseudo terminal, found by LINK"
     )
@@ -102,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_time(hub: Hub) -> None:
-    """Raises WrongState: who talks to a dongle waits by the computer's clock, and nobody can see for what."""
+    """Raise WrongState for a lockstep hub without a pace: a dongle's host waits by the computer's clock."""
     if hub.time == "lockstep" and not hub.time_state().pace:
         raise WrongState(
             "a host of a serial dongle cannot take part in one time with other programs: hold the hub's time to the "
@@ -118,7 +118,7 @@ def _serve(
     wire: Wire,
     closing: ExitStack,
 ) -> None:
-    """Plug a dongle in and say where it is."""
+    """Plug in a dongle, serve it on this wire, and print where it is."""
     store = FileEeprom(Path(canwire.state_directory()) / f"{settings.serial_number}.eeprom")
     plugged = PluggedDongle(hub, settings, arguments.bus, store)
     closing.callback(plugged.close)
@@ -168,7 +168,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 
 def _next(settings: Settings) -> Settings:
-    """The next serial number, A124 behind A123; the last one again where there is none."""
+    """Return the settings with the next serial number, A124 after A123; unchanged if there is none."""
     head = settings.serial_number.rstrip("0123456789")
     digits = settings.serial_number[len(head) :]
     if not digits or set(digits) == {"9"}:

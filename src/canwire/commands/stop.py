@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_argument(parser, "HW000001:0, usb-to-can-fd:1, or the name of a bus: can0")
     parser.add_argument("--reset", action="store_true", help="forget settings and filters too")
     add_hub_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Stop it and print what was stopped; InUse while a program has the line's control."""
+    """Stop the line and print which lines were stopped; InUse while a program has the line's control."""
     with ExitStack() as closing:
         hub = connected(arguments, "stop", closing)
         for place in find_lines(hub, arguments.line):

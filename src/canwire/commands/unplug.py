@@ -14,7 +14,7 @@ from canwire.commands.shared_hub import add_hub_argument, connected
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("hardware_id", metavar="HARDWARE_ID", help="as `canwire devices` shows it: HW000001")
     add_hub_argument(parser)
 

@@ -21,7 +21,7 @@ from canwire.commands.shared_hub import connected, find_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_line_arguments(parser)
 
 

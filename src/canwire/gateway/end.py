@@ -50,13 +50,13 @@ class End:
         self.fd = mode is not None and mode.long_data
 
     def newly_lost(self) -> int:
-        """The number of frames that were lost since the last call because this program's receive queue was full."""
+        """Return the number of frames lost since the last call because this program's receive queue was full."""
         lost = self.channel.status().lost
         fresh, self._lost = lost - self._lost, lost
         return fresh
 
     def account(self, counts: GatewayCounts, *, over: bool = False) -> GatewayCounts:
-        """`counts`, with the results of the frames queued here; with `over`, waiting frames count as discarded.
+        """Return `counts` with the results of the frames queued here; with `over`, waiting frames count as discarded.
 
         Once the channel is gone, the last known state counts.
         """

@@ -30,12 +30,12 @@ class Way(NamedTuple):
 
 
 def closed_by(own: list[Way], others: Iterable[Way]) -> list[str] | None:
-    """The ring that a gateway closes together with older ones: its buses, with the first one repeated at the end."""
+    """Return the buses of the ring that a gateway closes with older ones, the first repeated at the end, or None."""
     return circle(own, {way for way in others if way.age < own[0].age})
 
 
 def circle(own: list[Way], others: set[Way]) -> list[str] | None:
-    """The buses of a ring, with the first one repeated at the end; None if the gateways form no ring."""
+    """Return the buses of a ring, with the first one repeated at the end; None if the gateways form no ring."""
     every = {*own, *others}
     for begin in own:
         reached = {(begin.target, begin.gateway): [begin.source, begin.target]}

@@ -27,7 +27,7 @@ Known = dict[Way, int]
 
 
 def identity(hub: Hub, fresh: str) -> str:
-    """The name of this hub among gateways, the same for all its addresses; `fresh` if it has no name yet.
+    """Return the name of this hub among gateways, the same for all its addresses; `fresh` if it has none yet.
 
     If several gateways name it at the same time, the first name counts, because a hub keeps the order of notes.
     """
@@ -45,7 +45,7 @@ def leave_ways(hub: Hub, ways: list[Way]) -> None:
 
 
 def known_at(hub: Hub, besides: str = "") -> Known:
-    """All ways known at this hub, except those that the gateway `besides` has passed on.
+    """Return all ways known at this hub, except those that the gateway `besides` has passed on.
 
     Raises BadValue for a note that was not written by a gateway.
     """

@@ -96,7 +96,7 @@ class Passage:
         self._last_ns: deque[int] = deque()
 
     def through(self, frame: Frame) -> Frame | None:
-        """The frame to send for this one, or None. Counts it, but the sender counts `passed` and `lost`."""
+        """Return the frame to send for this one, or None. Counts it, but the sender counts `passed` and `lost`."""
         self.counts.heard += 1
         if self._accepts is not None and not self._accepts(frame):
             self.counts.filtered += 1

@@ -14,12 +14,12 @@ _HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def include_directory() -> str:
-    """The directory with the headers."""
+    """Return the directory with the headers."""
     return os.path.join(_HERE, "include")
 
 
 def library_directory(*, windows: bool = sys.platform == "win32") -> str:
-    """The directory with the libraries, for Linux or for Windows; raises Unsupported if they were not built."""
+    """Return the directory with the libraries, for Linux or Windows; raises Unsupported if they were not built."""
     if windows:
         return _windows_directory()
     if not os.path.exists(os.path.join(_HERE, "lib", "libcanwire.so")):
@@ -39,10 +39,10 @@ def _windows_directory() -> str:
 
 
 def cmake_directory() -> str:
-    """The directory with canwire-config.cmake."""
+    """Return the directory with canwire-config.cmake."""
     return os.path.join(_HERE, "cmake")
 
 
 def pkg_config_directory() -> str:
-    """The directory with the files for pkg-config."""
+    """Return the directory with the files for pkg-config."""
     return os.path.join(_HERE, "pkgconfig")

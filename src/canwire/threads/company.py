@@ -17,7 +17,7 @@ Answer = TypeVar("Answer")
 
 
 class Company(Turns):
-    """One of them runs at a time, and time passes while all of them wait."""
+    """The threads of a program: one of them runs at a time, and time passes while all of them wait."""
 
     @property
     def gone(self) -> bool:
@@ -31,7 +31,7 @@ class Company(Turns):
         return self.waited_until(ready, self.end_ns(timeout))
 
     def waited_until(self, ready: Callable[[], bool], until_ns: int) -> bool | None:
-        """Like `waited`, up to this moment of the hub's time."""
+        """Wait like `waited`, until `until_ns` of the hub's time."""
         me = current()
         if me is None or me.company is not self:
             return None
@@ -48,7 +48,7 @@ class Company(Turns):
         return self.waited(lambda: next(looks), timeout) is not None
 
     def told_ns(self) -> int | None:
-        """The hub's time; None if the thread does not take part."""
+        """Return the hub's time in ns; None if the thread does not take part."""
         me = current()
         return None if me is None or me.company is not self else self.asks(me)
 
@@ -66,7 +66,7 @@ class Company(Turns):
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Other threads run while this one waits for something outside the hub."""
+        """A context in which other threads run while this one waits for something outside the hub."""
         me = current()
         if me is None or me.company is not self:
             yield

@@ -52,7 +52,7 @@ class Poll:
         self._registered.discard(_number(descriptor))
 
     def poll(self, timeout: float | None = None) -> list[tuple[int, int]]:
-        """`timeout` in milliseconds."""
+        """Replaces poll's method `poll`; `timeout` is in milliseconds."""
         me = current()
         if me is None or timeout == 0:
             return self._poll.poll(timeout)

@@ -27,10 +27,10 @@ class Keeper(Protocol):
         """Let time pass from `now_ns` up to `until_ns` or a signal; returns the time after that."""
 
     def leave(self) -> None:
-        """No thread takes part for now: other programs need not wait for this one."""
+        """Leave the turns while no thread takes part: other programs need not wait for this one."""
 
     def rejoin(self) -> None:
-        """A thread takes part again; waits for the turn of this program."""
+        """Rejoin the turns when a thread takes part again; wait for the turn of this program."""
 
 
 class ByTheClock:

@@ -64,7 +64,7 @@ class Member:
 
 
 def never() -> bool:
-    """`ready` of a thread that only waits for time."""
+    """Return False: `ready` of a thread that only waits for time."""
     return False
 
 
@@ -73,7 +73,7 @@ MEMBERS: dict[int, Member] = {}
 
 
 def current() -> Member | None:
-    """The calling thread, if it waits in the hub's time; else None."""
+    """Return the calling thread's member if the thread waits in the hub's time; else None."""
     member = MEMBERS.get(threading.get_ident())
     return None if member is None or member.outside else member
 

@@ -38,13 +38,13 @@ def end(hub: HasCompany, company: Company) -> None:
 
 
 def own_company() -> Company | None:
-    """The company of the calling thread, or None."""
+    """Return the company of the calling thread, or None."""
     me = current()
     return me.company if me is not None and isinstance(me.company, Company) else None
 
 
 def take_turns(hub: TakesPart) -> None:
-    """For a program that shares one time with others: its threads take turns from now on until its end."""
+    """Let the threads take turns until the program's end, if it shares one time with other programs."""
     keeper, company = hub.keeper(), own_company()
     if keeper is None or hub.company is not None:
         return

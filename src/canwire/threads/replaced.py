@@ -65,7 +65,7 @@ class Replaced:
 
 
 def _functions() -> dict[int, Any]:
-    """The replacements by the id of the original."""
+    """Return the replacements by the id of the original."""
     return {
         id(before): new
         for before, new in (
@@ -85,7 +85,7 @@ def _functions() -> dict[int, Any]:
 
 
 def _places() -> Iterator[tuple[Any, str, Any]]:
-    """Places other than names in modules: owner, attribute, replacement."""
+    """Yield the places other than imported names: owner, attribute, replacement."""
     for name in ("sleep", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "time_ns"):
         yield time, name, getattr(clocks, name)
     yield time, "time", clocks.time_s
@@ -103,7 +103,7 @@ def _places() -> Iterator[tuple[Any, str, Any]]:
 
 
 def _by_the_clock(kind: type[selectors.BaseSelector]) -> type[selectors.BaseSelector]:
-    """A selector class for waits for another process, which are in real time."""
+    """Return a selector class with the original `select`, for waits for another process in real time."""
     select_there = next(originals.select_of[base] for base in kind.__mro__ if base in originals.select_of)
     return type(kind.__name__, (kind,), {"select": select_there})
 

@@ -15,7 +15,7 @@ _LIBRARY = os.path.dirname(os.path.abspath(os.__file__))
 
 
 def describe(members: Sequence[Member], since_ns: int) -> str:
-    """Lists what each thread waits for, and where."""
+    """Return text that lists what each thread waits for, and where."""
     frames = sys._current_frames()
     waits = [
         f"thread {one.thread.name!r} waits for {one.what}{place(frames.get(one.thread.ident or 0))}"
@@ -28,7 +28,7 @@ def describe(members: Sequence[Member], since_ns: int) -> str:
 
 
 def place(frame: FrameType | None) -> str:
-    """The innermost line outside canwire and the standard library."""
+    """Return the innermost line outside canwire and the standard library, as text."""
     while frame is not None:
         name = frame.f_code.co_filename
         if not name.startswith((_HERE, _LIBRARY, "<frozen")):

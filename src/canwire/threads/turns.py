@@ -62,11 +62,11 @@ class Turns(Polling):
         return self._now_ns
 
     def go_on_at(self, keeper: Keeper) -> None:
-        """Continue with this keeper, after the program has found a hub again."""
+        """Continue with this keeper, after the program has connected to a hub again."""
         self.keeper, self._now_ns = keeper, None
 
     def end_ns(self, seconds: float | None) -> int:
-        """The hub's time after this number of seconds from now, rounded up; NEVER for None or infinity.
+        """Return the hub's time in ns after this many seconds from now, rounded up; NEVER for None or infinity.
 
         Some time passes in every span: a loop whose rest is what rounding left of its clock's seconds would never end.
         """
@@ -106,7 +106,7 @@ class Turns(Polling):
             self._hand_on(me, stays=False)
 
     def go_outside(self, me: Member) -> None:
-        """This thread waits for something that is not the hub's: others have their turns meanwhile."""
+        """Stop taking turns while this thread waits for something outside the hub; others have their turns."""
         with self._lock:
             self._members.remove(me)
             self._away += 1
@@ -115,7 +115,7 @@ class Turns(Polling):
             self._hand_on(me, stays=False)
 
     def come_back(self, me: Member) -> None:
-        """This thread takes part again, from its next turn."""
+        """Let this thread take part again, from its next turn."""
         MEMBERS[threading.get_ident()] = me
         me.ready, me.until_ns, me.what = None, 0, "its turn"
         with self._lock:
@@ -136,7 +136,7 @@ class Turns(Polling):
         self._rest(me)
 
     def dissolve(self) -> None:
-        """From now on, all threads wait in real time."""
+        """End the turns: from now on, all threads wait in real time."""
         with self._lock:
             if self.over:
                 return
@@ -160,7 +160,7 @@ class Turns(Polling):
         what: str,
         descriptors: tuple[int, ...] = (),
     ) -> bool | None:
-        """Others run until `ready()` or that time; was it ready? None: this company is over, wait by the clock."""
+        """Let others run until `ready()` or `until_ns`; return whether it was ready, None if the turns are over."""
         if self.over:
             return None
         me.ready, me.until_ns, me.what, me.descriptors = ready, until_ns, what, descriptors
@@ -212,7 +212,7 @@ class Turns(Polling):
             raise
 
     def _next(self, me: Member) -> Member | None:
-        """The thread with the next turn. Lets time pass until one can continue; None if no thread is left."""
+        """Return the thread with the next turn; let time pass until one can continue. None if no thread is left."""
         while not self.over:
             found = self._able(me)
             if found is not None:
@@ -233,7 +233,7 @@ class Turns(Polling):
         return None
 
     def _able(self, me: Member) -> Member | None:
-        """The first thread after this one that can continue."""
+        """Return the first thread after this one that can continue."""
         now_ns = self.now_ns()
         members = self._members
         behind = bisect_right(members, me.number, key=_number_of)
@@ -263,7 +263,7 @@ class Turns(Polling):
             me.outside -= 1
 
     def _stand_still(self) -> None:
-        """All wait without a timeout, and nothing comes: say so."""
+        """All threads wait without a timeout: wait for a thread outside or for descriptors, or raise HubError."""
         if self._away:
             self._poked.acquire()
             return

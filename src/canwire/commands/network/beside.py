@@ -17,7 +17,7 @@ from canwire.commands.network.options import words_of
 
 @contextlib.contextmanager
 def offering(arguments: argparse.Namespace, hub: str) -> Iterator[str]:
-    """Yields its first line, once clients can connect. Raises HubError if it fails; the reason is on stderr."""
+    """Run `offer` in a process; yield its first line once clients can connect. Raises HubError if it fails."""
     command = [sys.executable, "-m", "canwire", "offer", "--beside", "--hub", hub, *words_of(arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -43,5 +43,5 @@ def _watch(process: subprocess.Popen[str], ending: threading.Event) -> None:
 
 
 def usual_hub(address: str | None) -> str:
-    """The socket that the hub listens on."""
+    """Return the socket on which the hub listens: the given address, or the default one."""
     return address or canwire.default_address()

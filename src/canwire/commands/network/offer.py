@@ -20,7 +20,7 @@ from canwire.commands.shell.ending import signals_call
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_hub_argument(parser)
     add_offer_arguments(parser)
     parser.add_argument(

@@ -9,7 +9,7 @@ _MANY = ("listen", "via", "relay")
 
 
 def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
-    """The endpoints, the names and the access of an offered hub."""
+    """Add the options for the endpoints, the names and the access of an offered hub."""
     parser.add_argument("--realm", metavar="NAME", help="first part of the hub's address (default: canwire)")
     parser.add_argument("--name", metavar="NAME", help="the hub's name (default: this machine's)")
     parser.add_argument(
@@ -46,7 +46,7 @@ def add_offer_arguments(parser: argparse._ActionsContainer) -> None:
 
 
 def _seconds(text: str) -> str:
-    """The text as typed, for another process; argparse names the option if it is no number."""
+    """Return the text unchanged, for another process; raises an error if it is not a number from 0 to 3600."""
     if not 0 <= float(text) <= 3600:
         raise argparse.ArgumentTypeError(f"{text}: 0 to 3600 seconds")
     return text
@@ -59,7 +59,7 @@ def _span(text: str) -> str:
 
 
 def words_of(arguments: argparse.Namespace) -> list[str]:
-    """The same options for another process."""
+    """Return the given options as words for the command line of another process."""
     words = ["--insecure"] if arguments.insecure else []
     for option in _EACH:
         value = getattr(arguments, option)

@@ -18,7 +18,7 @@ from canwire.commands.shell.ending import signals_call
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("endpoint", metavar="ENDPOINT", help="where the hub listens for relays")
     parser.add_argument(
         "--listen",

@@ -17,7 +17,7 @@ from canwire.commands.shell.ending import signals_call
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "--listen",
         action="append",

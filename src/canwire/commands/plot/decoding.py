@@ -59,7 +59,7 @@ class Decoding:
 
 
 def _split(records: Any, masks: list[tuple[int, int, bool]]) -> tuple[Any, Any]:
-    """Records whose identifiers are among these, and the others."""
+    """Return the records whose identifiers match one of the masks, and the other records."""
     import numpy
 
     ids, extended = records["id"], records["info"] & EXTENDED != 0

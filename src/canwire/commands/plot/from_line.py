@@ -21,7 +21,7 @@ _BATCH = 4096
 
 
 def listen_for_tracks(arguments: argparse.Namespace, chosen: Chosen, tracks: Tracks) -> None:
-    """Collect samples for --seconds; raises NoSuchBoard, HubError."""
+    """Collect samples from a line for --seconds; raises NoSuchBoard, HubError."""
     import numpy
 
     seconds = _USUAL_S if arguments.seconds is None else arguments.seconds

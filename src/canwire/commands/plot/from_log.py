@@ -52,7 +52,7 @@ def _between(records: Any, begin_s: float | None, end_s: float | None, zero_ns: 
 
 
 def _plain(frames: Any) -> Any:
-    """Records of a log as records of a line."""
+    """Return the records of a log as records of a line."""
     import numpy
 
     found = numpy.zeros(len(frames), record_dtype())

@@ -15,7 +15,7 @@ _PAGE = Path(__file__).with_name("page.html")
 
 
 def write_page(path: str, tracks: Tracks, title: str) -> None:
-    """Raises OSError."""
+    """Write the tracks as an HTML page. Raises OSError."""
     panels = [
         {
             "unit": panel[0].label.unit,
@@ -32,5 +32,5 @@ def write_page(path: str, tracks: Tracks, title: str) -> None:
 
 
 def _short(values: Any) -> list[float]:
-    """Nine digits say more than a screen shows."""
+    """Return the values rounded to nine digits, which is more than a screen shows."""
     return [float(f"{value:.9g}") for value in values.tolist()]

@@ -44,7 +44,7 @@ def write_picture(path: str, tracks: Tracks, title: str) -> None:
 
 
 def _name_values(axis: Any, panel: list[Track]) -> None:
-    """The texts of a signal's values in place of numbers, where few values came."""
+    """Label the axis with the signal's value texts instead of numbers if few different values occur."""
     choices = dict(panel[0].label.choices)
     met = sorted({float(value) for track in panel for value in track.values})
     if choices and len(met) <= _FEW_TEXTS:

@@ -79,14 +79,14 @@ class Tracks:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """All pieces joined."""
+    """Return all times in one array and all values in another."""
     import numpy
 
     return numpy.concatenate([times for times, _ in parts]), numpy.concatenate([some for _, some in parts])
 
 
 def extremes(times: Any, values: Any, together: int) -> tuple[Any, Any]:
-    """The smallest and the largest of every `together` samples, in their order, and the very last one."""
+    """Return the smallest and the largest of every `together` samples, in order of time, and the last sample."""
     import numpy
 
     whole = len(values) // together * together

@@ -34,7 +34,7 @@ SUFFIXES = ("png", "svg", "html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "source", metavar="LOG", help="a log of any format (- is standard input), or a line: can0"
     )
@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draw; 1 if the log has faults. Raises BadValue for unknown names and if there is nothing to draw."""
+    """Draw; return 1 if the log has faults. Raises BadValue for unknown names and if there is nothing to draw."""
     write = _writer(arguments.out)
     databases = databases_of(arguments)
     assert databases is not None  # argparse asks for it
@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _of_line(arguments: argparse.Namespace, chosen: Chosen, tracks: Tracks, write: Write) -> None:
-    """Ctrl-C ends the listening, and what came until then is drawn."""
+    """Draw what a line receives. Ctrl-C ends the reception; what was received until then is drawn."""
     from canwire.commands.plot.from_line import listen_for_tracks
 
     try:
@@ -115,7 +115,7 @@ if TYPE_CHECKING:
 
 
 def _writer(out: str) -> Write:
-    """What draws a file of that name; raises BadValue, ExtraMissing before anything is read."""
+    """Return the function that draws this kind of file; raises BadValue, ExtraMissing before anything is read."""
     suffix = Path(out).suffix.lower().lstrip(".")
     if suffix not in SUFFIXES:
         raise BadValue(f"-o {out}: {' or '.join(f'.{one}' for one in SUFFIXES)} tells what it becomes")

@@ -48,7 +48,7 @@ def write_rows(rows: Any, form: str, path: str | None) -> None:
 
 
 def _values(rows: Any) -> Iterator[list[Any]]:
-    """Row by row: numbers, texts, None. Times to the nanosecond, which Python's have not, as ISO 8601; bytes in hex."""
+    """Yield rows of numbers, texts and None; times become ISO 8601 with nanoseconds, bytes become hex digits."""
     import pyarrow
     import pyarrow.compute
 
@@ -90,7 +90,7 @@ def _json(names: Sequence[str], rows: Iterable[list[Any]], file: TextIO) -> None
 
 
 def _table(names: Sequence[str], rows: Iterable[list[Any]], file: TextIO) -> None:
-    """Columns as wide as the first rows need; numbers to the right."""
+    """Write a table whose columns are as wide as the first rows need; numbers are aligned to the right."""
     shown, numbers = [], [True] * len(names)
     rest = iter(rows)
     for row in islice(rest, _LOOKED_AT):
@@ -125,7 +125,7 @@ def _text(value: Any) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """JSON has no infinity."""
+    """Return the value; None for an infinite number or NaN, which JSON cannot represent."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -34,7 +34,7 @@ group by table_name order by table_name"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("trace", metavar="TRACE", help="a trace's folder, a Parquet file, or any other log")
     parser.add_argument(
         "sql", metavar="SQL", nargs="?", help="a query; without it, tables and columns are listed"
@@ -80,7 +80,7 @@ def _answer(trace: Trace, query: str, arguments: argparse.Namespace) -> None:
 
 
 def _refuse_itself(trace: str, out: str | None) -> None:
-    """What is written must not be what is read, nor become a part of it."""
+    """Raise BadValue if the output is the trace that is read, or would become a part of it."""
     if out is None or not os.path.exists(trace):
         return
     for place in (out, os.path.dirname(os.path.abspath(out))):

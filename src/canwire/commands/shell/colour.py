@@ -10,13 +10,13 @@ RED, GREEN, YELLOW = "31", "32", "33"
 
 
 def has_colours(stream: TextIO | None = None) -> bool:
-    """Whether the stream (standard output by default) is a terminal whose user has nothing against them."""
+    """Whether the stream (default: standard output) is a terminal, without NO_COLOR and TERM=dumb."""
     stream = sys.stdout if stream is None else stream
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def painted(text: str, colour: str, stream: TextIO | None = None) -> str:
-    """The text in this colour ("": as it is) where the stream shows any."""
+    """Return the text in this colour; unchanged for the colour "", or if the stream shows no colours."""
     if not colour or not has_colours(stream):
         return text
     return f"\x1b[{colour}m{text}\x1b[0m"

@@ -17,7 +17,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS))
 
 
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def answer(parser: argparse.ArgumentParser) -> None:
-    """A shell asks what may stand at the cursor: tell it, and end. Without argcomplete there is nothing to tell."""
+    """Answer a shell's request for completions, then exit. Without argcomplete, do nothing."""
     try:
         import argcomplete
     except ModuleNotFoundError:

@@ -22,7 +22,7 @@ ENDING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name)
 
 
 class Signalled(KeyboardInterrupt):
-    """A signal that asks the command to end: everything is given back as after Ctrl-C."""
+    """Raised for a signal that ends the command; resources are released as after Ctrl-C."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)  # pickle calls `__init__` with these arguments
@@ -30,13 +30,13 @@ class Signalled(KeyboardInterrupt):
 
 
 def ended_by(error: KeyboardInterrupt) -> int:
-    """The exit status: 128 and the number of the signal, as shells show it."""
+    """Return the exit status: 128 plus the number of the signal, as in shells."""
     return 128 + (error.number if isinstance(error, Signalled) else signal.SIGINT)
 
 
 @contextmanager
 def signals_raise() -> Iterator[None]:
-    """SIGTERM and SIGHUP end as Ctrl-C does: with the numbers, with everything given back."""
+    """A context in which SIGTERM and SIGHUP raise Signalled, so that they end a command as Ctrl-C does."""
 
     def end(number: int, frame: FrameType | None) -> None:
         raise Signalled(number)
@@ -47,7 +47,7 @@ def signals_raise() -> Iterator[None]:
 
 @contextmanager
 def signals_call(stop: Callable[[], object]) -> Iterator[None]:
-    """Run `call` for a verb that works until a signal stops it: each of these signals is its regular end."""
+    """A context in which signals call `stop`, for a verb whose regular end is a signal."""
 
     def end(number: int, frame: FrameType | None) -> None:
         stop()
@@ -80,7 +80,7 @@ def is_full(error: Exception) -> bool:
 
 
 def have_streams() -> None:
-    """Those that were closed before the start lead nowhere: else the next file opened would stand in their place."""
+    """Connect closed standard streams to the null device; the next opened file would get their numbers."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             with suppress(OSError):
@@ -89,7 +89,7 @@ def have_streams() -> None:
 
 
 def forget_output() -> None:
-    """Point stdout at nothing: the interpreter flushes it once more on exit, and the pipe is gone."""
+    """Connect stdout to the null device, as the interpreter flushes it on exit when the pipe is closed."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, sys.stdout.fileno())

@@ -76,7 +76,7 @@ def _put_off(handler: Handler) -> Handler:
 
 
 class _Later:
-    """A signal that waits: the interpreter tells of each step of the main thread until it can be handled."""
+    """A deferred signal: `step` is the main thread's profile function until the signal can be handled."""
 
     def __init__(self, handler: Handler, number: int, outermost: FrameType) -> None:
         self._handler, self._number = handler, number
@@ -99,7 +99,7 @@ class _Later:
 
 
 def _outermost_import(frame: FrameType | None) -> FrameType | None:
-    """The outermost import that this frame is part of, among those begun by what `signals_outside_imports` called."""
+    """Return the frame of the outermost import around this one, within the call of `signals_outside_imports`."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
         if _is_machinery(frame) or frame.f_globals.get("__name__") == _MAKES_ATTRIBUTES:

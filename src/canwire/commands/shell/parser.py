@@ -18,7 +18,7 @@ TIMES = {
 
 
 class Help(argparse.RawDescriptionHelpFormatter):
-    """Help with a module's own words. argparse asks it about each option, so it must not load much."""
+    """Formats help with a module's text unchanged. argparse makes one for each option: it must load little."""
 
     def __init__(self, prog: str, *arguments: Any, **options: Any) -> None:
         options.setdefault("width", _columns() - 2)
@@ -26,7 +26,7 @@ class Help(argparse.RawDescriptionHelpFormatter):
 
 
 def _columns() -> int:
-    """shutil.get_terminal_size's, without the compressors that come with it."""
+    """Return the terminal's width as shutil.get_terminal_size does, without loading shutil's compressors."""
     given = os.environ.get("COLUMNS", "")
     if given.isdigit() and int(given):
         return int(given)
@@ -62,7 +62,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Among missing words the message names only those without which the verb does nothing."""
+        """Exit with the message; of missing arguments it names only the required ones."""
         head, required, names = message.partition("are required: ")
         if required:
             optional = {one.metavar for one in self._get_positional_actions() if one.nargs in ("*", "?")}
@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
         super().error(head + required + names)
 
     def format_help(self) -> str:
-        """What the verb takes in short, its own words with its commonest uses first, and then every option."""
+        """Return the usage, the verb's text with its most common uses, and then every option."""
         formatter = self.formatter_class(prog=f"{self.prog} [options]")
         formatter.add_usage(None, self._get_positional_actions(), [])
         formatter.add_text(self.description)
@@ -105,7 +105,7 @@ def _near(word: str, known: Iterable[str]) -> str:
 
 
 def add_time_argument(parser: argparse._ActionsContainer, offered: Sequence[str], why_not: str) -> None:
-    """--time, by the same names in every verb; the first one `offered` is the default.
+    """Add --time, with the same names in every verb; the first one of `offered` is the default.
 
     A name that means something elsewhere is refused with `why_not`.
     """

@@ -15,7 +15,7 @@ _LINES_S = 10.0
 
 
 class Progress:
-    """`show` it how far things are; a context manager that cleans its line up at the end.
+    """Shows the progress that `show` is given; a context manager that removes its line at the end.
 
     Without a `total` it shows the number alone. Where stderr is no terminal it shows `lines` or nothing; a `quiet` one
     shows nothing anywhere.
@@ -33,7 +33,7 @@ class Progress:
         self._shown = False
 
     def show(self, done: int, more: str = "") -> None:
-        """`done` of the total, and `more` words; ten times a second at most, elsewhere every ten seconds."""
+        """Show `done` of the total and `more`; on a terminal at most ten times a second, else every ten seconds."""
         if self._quiet or (now_s := time.monotonic()) < self._next_s:
             return
         if not self._terminal:
@@ -71,7 +71,7 @@ class Progress:
 
 @contextmanager
 def watched(progress: Progress, done: Callable[[], int]) -> Iterator[None]:
-    """Meanwhile a thread asks how far a call is that does not come back before its end."""
+    """A context in which a thread calls `done` regularly and shows the progress, for a long call."""
     ended = threading.Event()
 
     def look() -> None:

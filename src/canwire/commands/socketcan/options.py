@@ -6,7 +6,7 @@ import argparse
 
 
 def add_interface_argument(parser: argparse.ArgumentParser) -> None:
-    """--interface."""
+    """Add --interface."""
     parser.add_argument(
         "--interface",
         action="append",
@@ -17,7 +17,7 @@ def add_interface_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def mappings_of(arguments: argparse.Namespace) -> dict[str, str]:
-    """The line that each --interface means, by its name. Raises BadValue."""
+    """Return the line of each --interface, by the interface's name. Raises BadValue."""
     from canwire.socketcan.interfaces import parse_mapping
 
     return dict(parse_mapping(text) for text in arguments.interface)

@@ -28,7 +28,7 @@ from canwire.commands.socketcan.options import add_interface_argument, mappings_
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_interface_argument(parser)
     add_rate_arguments(parser)
     parser.add_argument(
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Become the program. Raises HubError without a hub, BadValue, Unsupported without the shim."""
+    """Replace this process by the program. Raises HubError without a hub, BadValue, Unsupported without the shim."""
     from canwire.socketcan.launch import launch, shim
     from canwire.socketcan.programs import calls_itself, trouble_with
 

@@ -27,7 +27,7 @@ from canwire.commands.socketcan.options import add_interface_argument, mappings_
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "--listen",
         default="",

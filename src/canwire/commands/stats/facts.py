@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def facts_of(logs: Sequence[Log], found: LogStatistics, expected: Expected | None) -> dict[str, Any]:
-    """All results, by the names of LogStatistics, ChannelStatistics and IdentifierStatistics."""
+    """Return all results, by the names of LogStatistics, ChannelStatistics and IdentifierStatistics."""
     facts = {
         "logs": [log.path for log in logs],
         "format": logs[0].format,

@@ -124,7 +124,7 @@ def _table(rows: Sequence[tuple[str, ...]], named: bool) -> Iterator[str]:
 
 
 def _loads(one: ChannelStatistics) -> Iterator[str]:
-    """Steps are put together until there are few enough."""
+    """Yield the lines of a channel's load; steps are merged so that the rows are few."""
     together = -(-len(one.loads) // _ROWS)
     yield f"load of {one.name}, in steps of {together * one.load_step_s:g} s"
     for at in range(0, len(one.loads), together):

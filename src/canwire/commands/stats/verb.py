@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="a log of any format; - is standard input")
     for name, what in (
         ("bit-rate", "bit rate of the buses, if a log does not contain it"),
@@ -88,7 +88,7 @@ def _expected(databases: Databases | None) -> Expected | None:
 
 
 def _rates(name: str, texts: Sequence[str]) -> dict[str, int]:
-    """By channel, "" for all; raises BadValue."""
+    """Return the bit rates by channel, "" for all; raises BadValue."""
     found: dict[str, int] = {}
     for part in _parts(texts):
         channel, equals, number = part.rpartition("=")

@@ -26,7 +26,7 @@ _UNITS = {"": 1, "k": 1_000, "M": 1_000_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """--nodes, and the options for all nodes."""
+    """Add --nodes and the options for all nodes."""
     group = parser.add_argument_group("can these nodes communicate?")
     group.add_argument(
         "--nodes",
@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print each rule with its margin; 0 if all hold, else 1. Raises BadTiming, BadValue."""
+    """Print each rule with its margin; return 0 if all hold, else 1. Raises BadTiming, BadValue."""
     nodes = [_node(text, number, arguments) for number, text in enumerate(arguments.nodes, 1)]
     for name in ("cable", "node_delay_ns", "ppm"):
         if not 0 <= getattr(arguments, name) < 1e6:

@@ -25,7 +25,7 @@ _CLOCK_HZ = {"sja1000": 8_000_000, "fd": 80_000_000}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument("bit_rate", nargs="?", type=int, metavar="BIT/S", help="nominal bit rate")
     parser.add_argument(
         "--bit-rate",
@@ -111,14 +111,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _among(arguments: argparse.Namespace) -> int:
-    """The question of --nodes, which has nothing to do with a timing by itself."""
+    """Check the nodes of --nodes; raises BadTiming if a bit rate or --btr is given, too."""
     if arguments.bit_rate is not None or arguments.btr is not None:
         raise BadTiming("--nodes has each node's timing; leave the bit rate and --btr out")
     return nodes.run(arguments)
 
 
 def _phases(arguments: argparse.Namespace) -> dict[str, list[BitTiming]]:
-    """The timings asked for: "nominal" and perhaps "data"."""
+    """Return the requested timings: "nominal", and "data" if a data bit rate is given."""
     if arguments.btr is not None:
         if arguments.bit_rate is not None:
             raise BadTiming("give a bit rate or --btr, not both")
@@ -141,7 +141,7 @@ def _phases(arguments: argparse.Namespace) -> dict[str, list[BitTiming]]:
 def _timings(
     arguments: argparse.Namespace, bit_rate: int, percent: float | None, clock_hz: int, limits: TimingLimits
 ) -> list[BitTiming]:
-    """One timing, or all of them with --list."""
+    """Return a list of one timing, or of all timings with --list."""
     sample_point = None if percent is None else percent / 100
     if arguments.list:
         return BitTiming.solutions(bit_rate, clock_hz, limits=limits, sample_point=sample_point)
@@ -153,7 +153,7 @@ def _timings(
 
 
 def _registers(arguments: argparse.Namespace) -> BitTiming:
-    """The timing in --btr, four hex digits."""
+    """Return the timing in --btr, four hex digits; raises BadTiming."""
     try:
         btr0, btr1 = bytes.fromhex(arguments.btr)
     except ValueError:
@@ -162,7 +162,7 @@ def _registers(arguments: argparse.Namespace) -> BitTiming:
 
 
 def _facts(timing: BitTiming) -> dict[str, Any]:
-    """Everything there is to know of a timing, for --json; `btr` is None where registers are too small."""
+    """Return all values of a timing, for --json; `btr` is None if they do not fit into the registers."""
     return {
         "bit_rate": timing.bit_rate,
         "clock_hz": timing.clock_hz,
@@ -192,14 +192,14 @@ def _btr(timing: BitTiming) -> str | None:
 
 
 def _line(timing: BitTiming) -> str:
-    """One timing in one line, for lists."""
+    """Return a timing as one line, for lists."""
     segments = f"tseg1 {timing.tseg1:3d}  tseg2 {timing.tseg2:3d}  sjw {timing.sjw:3d}"
     quality = f"sample {timing.sample_point:7.2%}  oscillators {timing.tolerance:.3%}"
     return f"prescaler {timing.prescaler:3d}  {segments}  {quality}  BTR {_btr(timing) or '-'}"
 
 
 def _paragraph(timing: BitTiming) -> str:
-    """One timing, explained."""
+    """Return a timing as a paragraph."""
     lines = [
         f"{timing.bit_rate} bit/s from {timing.clock_hz} Hz / {timing.prescaler}"
         + (", three samples a bit" if timing.triple_sampling else ""),

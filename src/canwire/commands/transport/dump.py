@@ -27,7 +27,7 @@ _TURN_S = 0.2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The sub-verb's arguments."""
+    """Add the sub-verb's arguments."""
     add_transport_arguments(parser)
     parser.add_argument("--messages", action="store_true", help="show only complete messages, no frames")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many messages")
@@ -99,7 +99,7 @@ class Side:
         return count
 
     def _told(self, message: Any) -> str:
-        """Its kind in words, as isotpdump shows it."""
+        """Return the kind of the message in words, as isotpdump shows it."""
         try:
             pdu = self._isotp.protocol.PDU(message, self._address.get_rx_prefix_size())
         except ValueError as error:

@@ -34,7 +34,7 @@ def flash(client: Any, words: Sequence[str]) -> None:
 
 
 class _Progress:
-    """On stderr: on a terminal a line that changes, elsewhere a line for each tenth."""
+    """Shows progress on stderr: on a terminal a line that changes, elsewhere a line for each tenth."""
 
     def __init__(self, size: int) -> None:
         self._size = size

@@ -20,7 +20,7 @@ from canwire.commands.transport import dump, recv, send
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     verbs = parser.add_subparsers(metavar="verb", required=True)
     for name, help, verb in (
         ("send", "send messages", send),

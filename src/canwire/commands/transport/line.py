@@ -23,7 +23,7 @@ _ID = re.compile(r"(?:0x)?([0-9A-Fa-f]{1,8})")
 
 
 def add_transport_arguments(parser: argparse.ArgumentParser, *, tx: str = "7E0", rx: str = "7E8") -> None:
-    """LINE, the identifiers and the parameters of ISO-TP."""
+    """Add LINE, the identifiers and the parameters of ISO-TP."""
     add_line_arguments(parser)
     parser.add_argument(
         "-s", "--tx", default=tx, metavar="ID", help=f"identifier of sent frames; 8 digits: 29 bits ({tx})"
@@ -57,7 +57,7 @@ def load(library: str) -> Any:
 
 
 def parsed_id(option: str, text: str) -> tuple[int, bool]:
-    """The identifier, and whether it has 29 bits: it has eight digits, or is above 7FF. Raises BadValue."""
+    """Return the identifier, and whether it has 29 bits (eight digits, or above 7FF). Raises BadValue."""
     found = _ID.fullmatch(text)
     number = int(found[1], 16) if found else -1
     if found is None or number > 0x1FFFFFFF:
@@ -66,7 +66,7 @@ def parsed_id(option: str, text: str) -> tuple[int, bool]:
 
 
 def address_of(arguments: argparse.Namespace, *, swapped: bool = False) -> Any:
-    """can-isotp's address of --tx and --rx; `swapped`: the other side's. Raises BadValue."""
+    """Return can-isotp's address of --tx and --rx; `swapped`: the other side's. Raises BadValue."""
     isotp = load("isotp")
     (tx, extended), (rx, other) = parsed_id("--tx", arguments.tx), parsed_id("--rx", arguments.rx)
     if extended != other:
@@ -84,7 +84,7 @@ def address_of(arguments: argparse.Namespace, *, swapped: bool = False) -> Any:
 
 
 def parsed_extension(text: str | None) -> tuple[int | None, int | None]:
-    """The bytes before sent and before received data; None without extended addressing. Raises BadValue."""
+    """Return the bytes before sent and before received data; None without extended addressing. Raises BadValue."""
     if text is None:
         return None, None
     found = _EXTENSION.fullmatch(text)
@@ -94,7 +94,7 @@ def parsed_extension(text: str | None) -> tuple[int | None, int | None]:
 
 
 def params_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """can-isotp's parameters; raises BadValue."""
+    """Return can-isotp's parameters; raises BadValue."""
     if not 0 <= arguments.stmin <= 127:
         raise BadValue(f"--stmin {arguments.stmin}: 0 to 127 ms")
     if not 0 <= arguments.bs <= 255:
@@ -144,7 +144,7 @@ class IsoTpLine:
         return None if frame is None or frame.remote else message_of(frame, self._made)
 
     def _put(self, message: Any) -> None:
-        """`sending.result` reports a queue that stays full."""
+        """Queue a message's frame; `sending.result` reports a queue that stays full."""
         frame = Frame(
             message.arbitration_id,
             bytes(message.data),
@@ -156,7 +156,7 @@ class IsoTpLine:
 
 
 def message_of(frame: Frame, made: Any) -> Any:
-    """The frame as a message of can-isotp."""
+    """Return the frame as a message of can-isotp."""
     return made(
         frame.id,
         frame.dlc,

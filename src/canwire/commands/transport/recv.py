@@ -13,7 +13,7 @@ _TURN_S = 0.2  # between two looks at what went wrong
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The sub-verb's arguments."""
+    """Add the sub-verb's arguments."""
     add_transport_arguments(parser, tx="7E8", rx="7E0")
     parser.add_argument("-n", "--count", type=int, metavar="COUNT", help="end after this many messages")
 

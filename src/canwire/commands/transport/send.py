@@ -13,14 +13,14 @@ from canwire.commands.transport.line import IsoTpLine, add_transport_arguments, 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The sub-verb's arguments."""
+    """Add the sub-verb's arguments."""
     add_transport_arguments(parser)
     parser.add_argument("messages", nargs="+", metavar="HEX", help="22F190; - reads messages, one a line")
     parser.add_argument("--answer", action="store_true", help="print one answer for each message")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Send; 1 if a message was not accepted or not answered. Raises BadValue for invalid hex."""
+    """Send; return 1 if a message was not accepted or not answered. Raises BadValue for invalid hex."""
     messages = [message_in(text) for text in texts_of(arguments.messages)]
     with ExitStack() as closing:
         line = IsoTpLine(connected(arguments, "isotp", closing), arguments, closing)
@@ -37,14 +37,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def texts_of(words: list[str]) -> list[str]:
-    """The words; - is replaced by the lines of standard input."""
+    """Return the words; - is replaced by the lines of standard input."""
     return [
         text for word in words for text in (sys.stdin.read().splitlines() if word == "-" else [word]) if text
     ]
 
 
 def message_in(text: str) -> bytes:
-    """The bytes of hex digits, between which there may be blanks; raises BadValue."""
+    """Return the bytes of hex digits, which blanks may separate; raises BadValue."""
     try:
         found = bytes.fromhex(text)
     except ValueError:
@@ -55,7 +55,7 @@ def message_in(text: str) -> bytes:
 
 
 def _sent(line: IsoTpLine, message: bytes, timeout_s: float) -> bool:
-    """Whether all of it went out; complaints if not."""
+    """Send the message; return whether all of it was sent, and print why if not."""
     errors = load("isotp").errors
     line.layer.params.set("blocking_send", True)
     try:

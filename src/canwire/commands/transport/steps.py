@@ -39,7 +39,7 @@ class Step(NamedTuple):
 
 
 def parsed_steps(texts: Sequence[str]) -> list[Step]:
-    """All steps, checked; raises BadValue with similar names."""
+    """Return all steps, checked; raises BadValue with similar names."""
     found = []
     for text in texts:
         name, *words = text.split(":")
@@ -57,7 +57,7 @@ def parsed_steps(texts: Sequence[str]) -> list[Step]:
 
 
 def plain_codec() -> Any:
-    """A codec that leaves the data of every identifier as bytes."""
+    """Return a codec that leaves the data of every identifier as bytes."""
     udsoncan = load("udsoncan")
 
     class Plain(udsoncan.DidCodec):  # type: ignore[name-defined, misc]
@@ -74,7 +74,7 @@ def plain_codec() -> Any:
 
 
 def _check(key: str, text: str, words: Sequence[str]) -> None:
-    """What can be known to be wrong before the ECU is asked."""
+    """Raise BadValue for errors in a step that can be found before a request is sent to the ECU."""
     named = {"session": _SESSIONS, "reset": _RESETS, "routine": _ROUTINES}.get(key)
     hexes = {"read": words[:1], "write": words[:2], "routine": words[1:3], "raw": words[:1], "unlock": words[:1],
              "dtc": words[:1], "clear": words[:1], "flash": words[1:2]}.get(key, [])  # fmt: skip

@@ -33,7 +33,7 @@ __doc__ = (__doc__ or "").format(
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_transport_arguments(parser)
     parser.add_argument(
         "steps", nargs="+", metavar="STEP", help="a step as listed above: read:F190, session:extended"
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _client(line: IsoTpLine, timeout_s: float, key: Any) -> Any:
-    """udsoncan's client, which knows no identifier's layout and takes bytes as they come."""
+    """Return udsoncan's client, with data of every identifier as plain bytes."""
     load("udsoncan")
     client, connections = load("udsoncan.client"), load("udsoncan.connections")
     from canwire.commands.transport.steps import plain_codec

@@ -32,7 +32,7 @@ TITLES = Texts("line", "id", "len", "data", "count", "period ms", "min", "max", 
 
 
 def texts_of(row: Row, decode: Decode | None) -> Texts:
-    """The columns of a row; `decode` gives names and signals."""
+    """Return the columns of a row; `decode` gives names and signals."""
     frame = row.frame
     message = None if decode is None else decode(frame, row.key.line)
     return Texts(
@@ -58,7 +58,7 @@ def format_row(texts: Texts) -> str:
 
 
 def format_csv(every: Iterable[Texts]) -> str:
-    """All of them, with titles."""
+    """Return all rows as CSV, with titles."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*TITLES[:-1], "decoded"])
@@ -67,7 +67,7 @@ def format_csv(every: Iterable[Texts]) -> str:
 
 
 class Wanted:
-    """What was typed into the filter box: identifiers as `canwire dump --filter` has them, or part of a name."""
+    """The text of the filter box: identifiers as in `canwire dump --filter`, or part of a name."""
 
     def __init__(self, text: str, decode: Decode | None) -> None:
         self._text = text.strip().lower()
@@ -88,7 +88,7 @@ class Wanted:
 
 
 def widths_of(shown: Sequence[Texts]) -> list[int]:
-    """How wide columns have to be for these and the titles."""
+    """Return the widths of the columns that these rows and the titles need."""
     return [max(map(len, column)) for column in zip(TITLES, *shown, strict=True)]
 
 

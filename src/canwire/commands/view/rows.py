@@ -38,7 +38,7 @@ class Rows(ScrollView, can_focus=True):
     ]
 
     class Moved(Message):
-        """The cursor is in another row."""
+        """Sent when the cursor has moved to another row."""
 
     def __init__(self, decode: Decode | None, *, id: str) -> None:
         super().__init__(id=id)
@@ -57,7 +57,7 @@ class Rows(ScrollView, can_focus=True):
 
     @property
     def signals(self) -> str:
-        """A line for each signal of the row under the cursor."""
+        """Return a line for each signal of the row under the cursor."""
         if self._decode is None or not self._rows:
             return ""
         message = self._decode(self._rows[self._cursor].frame)
@@ -66,7 +66,7 @@ class Rows(ScrollView, can_focus=True):
         return "\n".join([message.name, *(f"  {name}: {message.text(name)}" for name in message.signals)])
 
     def show(self, rows: Sequence[Row]) -> None:
-        """These from now on."""
+        """Show these rows in place of the previous ones."""
         self._rows = rows
         self._cursor = max(0, min(self._cursor, len(rows) - 1))
         longest = max((len(row.key.line) for row in rows), default=0)
@@ -81,7 +81,7 @@ class Rows(ScrollView, can_focus=True):
         self.refresh()
 
     def action_move(self, step: int) -> None:
-        """The cursor, and the window with it."""
+        """Move the cursor by `step` rows, and scroll so that it is visible."""
         self._cursor = max(0, min(self._cursor + step, len(self._rows) - 1))
         top, height = self.scroll_offset.y, self.size.height
         if self._cursor < top:
@@ -91,7 +91,7 @@ class Rows(ScrollView, can_focus=True):
         self.post_message(self.Moved())
 
     def render_line(self, y: int) -> Strip:
-        """One line of the window."""
+        """Return one line of the window."""
         left, top = self.scroll_offset
         at = y + top
         width = self.size.width
@@ -111,7 +111,7 @@ class Rows(ScrollView, can_focus=True):
         return strip.crop_extend(left, left + width, self.rich_style)
 
     def _line(self, texts: Texts) -> tuple[str, int]:
-        """The columns beside each other, and where the data begin."""
+        """Return the columns as one line, and the position at which the data begin."""
         line, id, length, data, count, period, least, most = self._widths
         head = f"{texts.line:<{line}}  {texts.id:>{id}}  {texts.length:>{length}}  "
         rest = (

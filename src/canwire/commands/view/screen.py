@@ -27,7 +27,7 @@ _AT_ONCE = 32_768
 
 
 class ViewScreen(App[None]):
-    """Rows that follow the bus. What ends it besides the user is in `failure`.
+    """A screen of rows that follow the bus. `failure` is the error that ended it, if the user did not.
 
     `folder` is where tables are saved; `clock` names them.
     """
@@ -85,7 +85,7 @@ class ViewScreen(App[None]):
         self.look()
 
     def look(self) -> None:
-        """What has come since the last time, on the screen."""
+        """Show the frames received since the previous call."""
         try:
             for source, records in self._listening.take(_AT_ONCE, 0):
                 self.table.take(source.name, records)
@@ -96,7 +96,7 @@ class ViewScreen(App[None]):
         self.show()
 
     def show(self) -> None:
-        """The rows that the filter wants, and the text below them."""
+        """Show the rows that match the filter, and the text below them."""
         try:
             rows, titles, signals, status = self._widgets()
         except NoMatches:  # the window is being taken down
@@ -111,7 +111,7 @@ class ViewScreen(App[None]):
         return self.query_one(Rows), titles, signals, status
 
     def action_pause(self) -> None:
-        """Hold what is shown, or continue; frames are counted all the same."""
+        """Freeze the shown rows, or continue; frames are counted in both cases."""
         self._held = None if self._held is not None else [row.copy() for row in self.table.rows]
         self.show()
 
@@ -122,13 +122,13 @@ class ViewScreen(App[None]):
         self.query_one(Rows).focus()
 
     def action_clear(self) -> None:
-        """Count from nothing."""
+        """Remove all rows and counts."""
         self.table.clear()
         self._held = None
         self.show()
 
     def action_save(self) -> None:
-        """What is shown, as CSV."""
+        """Save the shown rows as CSV."""
         path = self._folder / f"canwire-view-{self._clock():%Y%m%d-%H%M%S}.csv"
         shown = [texts_of(row, self._decode) for row in self._rows() if self._wanted.accepts(row)]
         try:
@@ -145,7 +145,7 @@ class ViewScreen(App[None]):
         self.show()
 
     def on_descendant_focus(self) -> None:
-        """Keys mean something else now, which is shown."""
+        """Show the keys of the widget that has the focus now."""
         self.show()
 
     @on(Rows.Moved)

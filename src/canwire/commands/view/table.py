@@ -12,7 +12,7 @@ _FRESH_NS = 1_000_000_000  # so long a byte is marked after it changed
 
 
 class Key(NamedTuple):
-    """What makes a row: the line, and the identifier. Rows are in this order."""
+    """The key of a row: the line and the identifier. Rows are sorted by it."""
 
     line: str
     extended: bool
@@ -35,7 +35,7 @@ class Row:
 
     @property
     def frame(self) -> Frame:
-        """The latest one."""
+        """The latest frame."""
         return frame_of_record(RECORD.pack(*self.record))
 
     @property
@@ -45,7 +45,7 @@ class Row:
         return frozenset(at for at, when_ns in self.changed_ns.items() if now_ns - when_ns < _FRESH_NS)
 
     def take(self, record: Record) -> None:
-        """One more frame."""
+        """Count a further frame, and update gaps and changed bytes."""
         before = self.record
         gap_ns = max(0, record[0] - before[0])
         self.gap_ns = gap_ns
@@ -61,7 +61,7 @@ class Row:
         self.record = record
 
     def copy(self) -> Row:
-        """A copy of the present table, which later records do not change."""
+        """Return a copy of this row, which later records do not change."""
         made = Row(self.key, self.record)
         made.count, made.gap_ns, made.least_ns, made.most_ns = (
             self.count,
@@ -74,7 +74,7 @@ class Row:
 
 
 class Table:
-    """Rows of everything that was taken; `frames` and `errors` count it."""
+    """The rows of all frames given to `take`; `frames` and `errors` count these."""
 
     def __init__(self) -> None:
         self.frames = 0
@@ -93,7 +93,7 @@ class Table:
         return self._sorted
 
     def take(self, line: str, records: Sequence[Record]) -> None:
-        """Frames and events of one line, in their order."""
+        """Add frames and events of one line, in their order."""
         rows = self._rows
         for record in records:
             info = record[2]
@@ -110,7 +110,7 @@ class Table:
                 row.take(record)
 
     def clear(self) -> None:
-        """Start again."""
+        """Remove all rows and set the counts to 0."""
         self.frames = self.errors = 0
         self._rows.clear()
         self._sorted = None

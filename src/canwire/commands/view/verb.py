@@ -41,7 +41,7 @@ _AT_ONCE = 4096
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     add_listening_arguments(parser)
     add_database_argument(parser, "names and signals", several=True)
     parser.add_argument("--plain", action="store_true", help="lines in place of the window")
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Show it until the user or the time ends it; BadValue, NoSuchBoard, HubError, ExtraMissing for what cannot be."""
+    """Show the table until the user or the time ends it; raises BadValue, NoSuchBoard, HubError, ExtraMissing."""
     if not arguments.interval >= 0.05:
         raise BadValue(f"--interval {arguments.interval}: 0.05 seconds or more")
     if arguments.seconds is not None and not arguments.seconds >= 0:
@@ -108,7 +108,7 @@ def _lost(listening: Listening) -> str:
 
 
 class Plain:
-    """The rows that had frames since the look before, each second."""
+    """Prints, at each interval, the rows that had frames since the previous one."""
 
     def __init__(self, hub: Hub, listening: Listening, table: Table, decode: Decode | None) -> None:
         self._hub = hub

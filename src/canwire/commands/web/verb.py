@@ -26,7 +26,7 @@ from canwire.commands.shell.ending import signals_call
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """Add the verb's arguments."""
     parser.add_argument(
         "--port",
         type=int,
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def leading_to(address: str) -> Iterator[str]:
-    """The URL of a file that redirects to `address`, readable by this user only, unlike program arguments."""
+    """Yield the URL of a file that redirects to `address`; only this user can read it, unlike arguments."""
     number, name = tempfile.mkstemp(suffix=".html")  # mode 0600
     try:
         with open(

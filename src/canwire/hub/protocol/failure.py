@@ -12,12 +12,12 @@ from canwire.hub.protocol.messages import Failed
 
 
 def failed(error: CanwireError) -> Failed:
-    """The message for an error: the name of its class in errors.py, and its text."""
+    """Return the message for an error: the name of its class in errors.py, and its text."""
     return Failed(type(error).__name__, str(error))
 
 
 def raised(failure: Failed) -> CanwireError:
-    """The error that a Failed reply reports; one that this version does not know is a CanwireError."""
+    """Return the error that a Failed reply reports; an unknown one becomes a CanwireError."""
     kind: Any = getattr(errors, failure.error, None)
     if not (isinstance(kind, type) and issubclass(kind, CanwireError)):
         kind = CanwireError
@@ -26,7 +26,7 @@ def raised(failure: Failed) -> CanwireError:
 
 
 def serial_in(payload: bytes) -> int:
-    """The serial of a request that could not be understood, 0 if even that is unknown."""
+    """Return the serial of a request that could not be decoded; 0 if its serial is unknown."""
     try:
         serial, _ = _ANY_REQUEST.decode(payload)
     except (msgspec.MsgspecError, ValueError, RecursionError):

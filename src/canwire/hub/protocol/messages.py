@@ -398,7 +398,7 @@ _LIN = "canwire.hub.protocol.lin_messages"
 
 @cache
 def _requests_of(kind: type) -> msgspec.msgpack.Decoder[tuple[int, Any]]:
-    """For one kind alone: a client makes requests of few, and a decoder of all is a twentieth of its start."""
+    """Return the decoder of one kind: a client needs few; a decoder of all takes a twentieth of its start."""
     known: Any = Request
     if _LIN in sys.modules:
         from canwire.hub.protocol.lin_messages import LinRequest
@@ -411,7 +411,7 @@ def _requests_of(kind: type) -> msgspec.msgpack.Decoder[tuple[int, Any]]:
 
 @cache
 def _all_requests() -> msgspec.msgpack.Decoder[tuple[int, Any]]:
-    """The decoder of all requests, which a hub needs and clients do not."""
+    """Return the decoder of all requests, which a hub needs and clients do not."""
     from canwire.hub.protocol.lin_messages import LinRequest
 
     return msgspec.msgpack.Decoder(tuple[int, Request | LinRequest])
@@ -425,7 +425,7 @@ def _all_replies() -> msgspec.msgpack.Decoder[tuple[int, int, Any]]:
 
 
 def _load(name: str) -> Any:
-    """Messages about LIN are loaded when one is first asked for: they are a tenth of a program's start."""
+    """Load messages about LIN when one is first used: loading them takes a tenth of a program's start."""
     if not name.startswith("_"):  # the interpreter asks for __path__, say
         from canwire.hub.protocol import lin_messages
 
@@ -439,7 +439,7 @@ if not TYPE_CHECKING:
 
 
 def encode_request(serial: int, request: Message) -> bytes:
-    """Bytes to send; raises BadValue for a request that no hub accepts: wrong types, too large numbers, too long."""
+    """Return the bytes to send; raises BadValue for wrong types, too large numbers, or too long a request."""
     try:
         message = _framed((serial, request), LARGEST_REQUEST)
         _decoded(_requests_of(type(request)), message[LENGTH.size :], "request")
@@ -449,17 +449,17 @@ def encode_request(serial: int, request: Message) -> bytes:
 
 
 def encode_reply(serial: int, reply: Message, descriptors: int = 0) -> bytes:
-    """Bytes to send; `descriptors` travel with them. Serial 0 makes a notice."""
+    """Return the bytes to send; `descriptors` is the number sent with them. Serial 0 makes a notice."""
     return _framed((serial, descriptors, reply), LARGEST_REPLY)
 
 
 def decode_request(payload: bytes | bytearray | memoryview) -> tuple[int, Any]:
-    """Serial and request; raises BadMessage."""
+    """Return serial and request; raises BadMessage."""
     return _decoded(_all_requests(), payload, "request")
 
 
 def decode_reply(payload: bytes | bytearray | memoryview) -> tuple[int, int, Any]:
-    """Serial, number of descriptors, reply; raises BadMessage."""
+    """Return serial, number of descriptors and reply; raises BadMessage."""
     # only who has asked about LIN is answered about LIN
     return _decoded(_all_replies() if _LIN in sys.modules else _replies, payload, "reply")
 
@@ -486,7 +486,7 @@ class Inbox:
         self._bytes = bytearray()
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Payloads that are complete now, in order; raises BadMessage for a length out of bounds."""
+        """Return the payloads that are complete now, in order; raises BadMessage for a length out of bounds."""
         self._bytes += data
         payloads = []
         while len(self._bytes) >= LENGTH.size:

@@ -59,7 +59,7 @@ class Pending(Generic[Result]):
         told()
 
     def result(self, timeout: float | None = None) -> Result:
-        """Wait for it; raises the exception it failed with, or TimeoutError after `timeout` seconds (None: never)."""
+        """Wait for the result; raises the exception set, or TimeoutError after `timeout` seconds (None: never)."""
         if not self._done:
             while not self._gate.acquire(timeout=_LOOK_S if timeout is None else timeout):
                 if timeout is not None:

@@ -8,5 +8,5 @@ _LINE = 64  # bytes of a cache line: what two processes write never shares one
 
 
 def transmit_offset(receive: int) -> int:
-    """The byte at which the transmit ring begins: after a receive ring for this many frames."""
+    """Return the byte at which the transmit ring begins: after a receive ring for this many frames."""
     return -(-ring_size(rounded_capacity(receive)) // _LINE) * _LINE

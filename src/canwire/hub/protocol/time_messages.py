@@ -54,7 +54,7 @@ class GetTime(Message):
 
 
 class Joined(Message):
-    """`hub` identifies the hub, at whichever address.
+    """The reply to JoinTime. `hub` identifies the hub, with the same value at all its addresses.
 
     With descriptors if memory can be shared: this thread's page (turn_page.py), and the event of its turns.
     """

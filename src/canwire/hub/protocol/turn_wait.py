@@ -21,7 +21,7 @@ class TurnWait:
         close_descriptors(memory)
 
     def wait(self, until_ns: int) -> int | None:
-        """The time at the next turn; None: the connection has ended."""
+        """Wait for the next turn and return its time in ns; None if the connection has ended."""
         words = self._words
         self._waiter = threading.get_ident()
         asked = words.ask(until_ns)
@@ -40,14 +40,14 @@ class TurnWait:
             self._words.call()
 
     def end(self) -> None:
-        """The connection has ended: end all waits."""
+        """End all waits, after the connection has ended."""
         self._over = True
         self._event.signal()
 
     # in pieces, for a wait for another machine's program
 
     def begin(self, until_ns: int) -> int:
-        """The number of the wait that begins now."""
+        """Begin a wait and return its number."""
         asked = self._words.ask(until_ns)
         self._ring()
         return asked
@@ -57,5 +57,5 @@ class TurnWait:
         self._event.rest()
 
     def given(self, asked: int) -> int | None:
-        """The time at the turn that ended this wait; None: it is not over."""
+        """Return the time in ns at the turn that ended this wait; None if it is not over."""
         return self._words.now_ns() if self._words.given(asked) else None

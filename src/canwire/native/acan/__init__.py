@@ -136,5 +136,5 @@ _METHODS: dict[str, Callable[[AcanAnswers, int, bytes], Reply]] = {
 
 
 def interface(states: States) -> AcanAnswers:
-    """For the helper; ACAN's programs use no rings."""
+    """Return the answers for the helper; ACAN's programs use no rings."""
     return AcanAnswers()

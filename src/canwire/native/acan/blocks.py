@@ -30,7 +30,7 @@ class Blocks:
         self._over = False
 
     def touched(self, block: Block) -> None:
-        """A block has changed; the caller holds `changed`."""
+        """Record that a block has changed; the caller holds `changed`."""
         self._dirty[block] = None
         self.changed.notify_all()
 
@@ -58,7 +58,7 @@ class Blocks:
             return told
 
     def _ready(self) -> list[Block]:
-        """Not yet those whose numbers the program does not know."""
+        """Return the changed blocks that have a number, which the program knows."""
         return [block for block in self._dirty if block.number]
 
 
@@ -90,31 +90,31 @@ class Block:
             self._blocks.touched(self)
 
     def moved(self, channel: int, data: bytes) -> None:
-        """A channel has received this data."""
+        """Record that a channel has received this data."""
         with self._blocks.changed:
             before = self._moved.get(channel, b"")
             self._moved[channel] = data + before[len(data) :]
             self._blocks.touched(self)
 
     def numbered(self, number: int) -> bytes:
-        """The block was registered with this number; returns its fields."""
+        """Record the block's number after its registration; return its fields."""
         with self._blocks.changed:
             self.number = number
             self._blocks.changed.notify_all()
             return self._show()
 
     def shown(self) -> bytes:
-        """The driver's fields of the block."""
+        """Return the driver's fields of the block."""
         with self._blocks.changed:
             return self._show()
 
     def taken(self) -> bytes:
-        """The same, and whether the application is to be notified; the caller holds the lock of `changed`."""
+        """Return `shown`, and whether to notify the application; the caller holds the lock of `changed`."""
         notified, self._notified = self._notified, False
         return self._show(notified)
 
     def take_moved(self) -> bytes:
-        """The data that channels have received since the last call."""
+        """Return the data that channels have received since the last call."""
         with self._blocks.changed:
             moved, self._moved = self._moved, {}
         return b"".join(_CHANNEL.pack(index, len(data), data) for index, data in moved.items())

@@ -24,7 +24,7 @@ def _process_vm_readv() -> Callable[..., int]:
 
 
 def read_memory(process: int, address: int, length: int) -> bytes:
-    """This many bytes from this address; empty if the memory is gone or may not be read."""
+    """Return `length` bytes from this address; empty if the memory is gone or may not be read."""
     into = ctypes.create_string_buffer(max(length, 1))
     here = _Piece(ctypes.addressof(into), length)
     there = _Piece(address, length)

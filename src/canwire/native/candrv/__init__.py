@@ -57,7 +57,7 @@ def _write_file(number: int, data: bytes) -> Reply:
 
 
 def _device_io_control(number: int, data: bytes) -> Reply:
-    """Back comes how many bytes were returned, and the whole out buffer."""
+    """DeviceIoControl: reply with the number of returned bytes, and the whole out buffer."""
     code, in_size, in_given, out_size, out_given = _CONTROL.unpack_from(data)
     buffers = data[_CONTROL.size :]
     first = min(in_size, len(buffers)) if in_given else 0
@@ -110,7 +110,7 @@ def _wait_comm_event(number: int, data: bytes) -> Reply:
 
 
 def _reply(value: int = 0, data: bytes = b"") -> Reply:
-    """With what GetLastError says: it is 0 before each call, and a call that succeeds leaves it so."""
+    """Return a reply with GetLastError's value, which is 0 before each call and after a successful one."""
     return Reply(win32.GetLastError(), value & _NONE, data)
 
 
@@ -129,5 +129,5 @@ _METHODS: dict[str, Callable[[int, bytes], Reply]] = {
 
 
 def interface(states: States) -> CandrvAnswers:
-    """For the helper; CANDRV's programs use no rings."""
+    """Return the answers for the helper; CANDRV's programs use no rings."""
     return CandrvAnswers()

@@ -22,7 +22,7 @@ def is_of_c(size: int) -> bool:
 
 
 def as_in_c(data: bytes, size: int) -> bytes:
-    """The same properties as a structure of this many bytes."""
+    """Return the same properties as a structure of this many bytes."""
     encoding, width = _ENCODINGS[size]
     name = CAN_PROPERTIES.unpack(data).device_name.encode(encoding)
     return data[:_NAME] + name[: (_UNITS - 1) * width].ljust(_UNITS * width, b"\0") + data[_AFTER:]

@@ -43,7 +43,7 @@ NAMES = tuple(f"{one.name}.dll" for one in _ASSEMBLIES)
 
 
 def source_directory() -> str:
-    """The directory with the sources, with a project of .NET Standard 2.0 for each assembly."""
+    """Return the directory with the sources, with a project of .NET Standard 2.0 for each assembly."""
     return str(_HERE)
 
 
@@ -60,7 +60,7 @@ def assembly_directory() -> str:
 
 
 def _key(libraries: str) -> str:
-    """Another one for other sources, and for other libraries, whose place is written into the assemblies."""
+    """Return a key of the sources and of the libraries' place, which is written into the assemblies."""
     digest = hashlib.sha256(f"{libraries}\n".encode())
     for source in (*sorted(_HERE.rglob("*.cs")), Path(__file__)):
         digest.update(source.read_bytes())
@@ -68,7 +68,7 @@ def _key(libraries: str) -> str:
 
 
 def _fill(made: str) -> None:
-    """All or nothing: the folder gets its name when everything is in it; who was quicker has the same in it."""
+    """Compile all assemblies, then rename their folder to `made`, unless another process has done the same before."""
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     if compiler is None:
         raise Unsupported(

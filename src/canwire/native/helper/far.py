@@ -54,11 +54,11 @@ class _Heard:
         self._told = told
 
     def rearm(self) -> None:
-        """It was signalled."""
+        """Called when the queue is signalled: report it to the program."""
         self._told()
 
     def stir(self) -> None:
-        """Nothing: no wait here depends on a hub's time."""
+        """Do nothing: no wait here depends on a hub's time."""
 
 
 class FarRings:
@@ -121,7 +121,7 @@ class FarRings:
         return number
 
     def _begin(self, number: int, heard: _Heard) -> None:
-        """The program knows this number by now."""
+        """Report signals of this number from now on, because the program knows it."""
         with self._ending:
             over = heard.over
             if not over:
@@ -150,7 +150,7 @@ class FarRings:
             self._said += 1
 
     def _memory(self, descriptor: int) -> str:
-        """What the program opens: a handle that it has by now, or on Linux a file that Wine shows it."""
+        """Return what the program opens: a handle duplicated for it, or on Linux a file that Wine shows it."""
         if sys.platform == "win32":
             import _winapi
             import msvcrt
@@ -212,7 +212,7 @@ def _packed(reply: Reply, said: int) -> bytes:
 
 
 def _whole(connection: socket.socket, size: int) -> bytes:
-    """So many bytes; none where the other end has closed it."""
+    """Return `size` received bytes; empty if the other end has closed the connection."""
     parts = bytearray()
     while len(parts) < size:
         more = connection.recv(size - len(parts))

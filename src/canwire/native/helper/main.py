@@ -25,7 +25,7 @@ def main() -> None:
 
 
 def _serve(program: int, name: str, where: str) -> None:
-    """`where` is a port, or an address for those who want a warm helper, or nothing."""
+    """Serve the program; `where` is a port, the address at which this helper forks further ones, or ""."""
     if where.isdecimal():
         from canwire.native.helper.far import serve_far
 

@@ -93,20 +93,20 @@ class Turns:
         return self.now(hub, 0)
 
     def expect(self, hub: Hub, _: int) -> Reply:
-        """A thread is about to begin: it takes part from now on. Replies with a number for it."""
+        """Let a thread that is about to begin take part from now on. Replies with a number for it."""
         number = next(self._numbers)
         self._expected[number] = self._own.member.company.enrolled(threading.current_thread())
         return Reply(value=number, data=_NS.pack(hub.now_ns()))
 
     def forget(self, hub: Hub, number: int) -> Reply:
-        """The thread with this number did not begin."""
+        """Remove the thread with this number, which did not begin."""
         member = self._expected.pop(number, None)
         if member is not None:
             member.company.withdraw(member)
         return self.now(hub, 0)
 
     def _company(self) -> Any:
-        """The company of all threads here, from the first connection; None if the hub's time is not followed."""
+        """Return the company of all threads here, from the first connection; None if the hub's time is not followed."""
         with self._connecting:
             if self._hub is None:
                 try:

@@ -106,7 +106,7 @@ def _fork_for(asking: socket.socket, listening: socket.socket) -> Served | None:
 
 
 def _is_wanted(asking: socket.socket) -> bool:
-    """No: the program has started another one, since this one took too long."""
+    """Return whether the program still wants this helper; it starts another one if this one takes too long."""
     with asking:
         try:
             asking.send(b"1")
@@ -116,7 +116,7 @@ def _is_wanted(asking: socket.socket) -> bool:
 
 
 def _become(data: bytes, descriptors: list[int]) -> Served:
-    """What the program handed over: its process, its name and its variables; channel, standard error and folder."""
+    """Adopt the program's variables, channel, standard error and folder; return its process and its name."""
     process, name, *variables = data.rstrip(b"\0").split(b"\0")
     channel, errors, folder = descriptors
     os.fchdir(folder)

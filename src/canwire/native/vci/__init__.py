@@ -112,5 +112,5 @@ _OWN = {
 
 
 def interface(states: Passing) -> VciAnswers:
-    """For the helper."""
+    """Return the answers for the helper."""
     return VciAnswers(states)

@@ -134,7 +134,7 @@ METHODS: Mapping[str, tuple[Argument, ...]] = {
 
 
 def unpacked(arguments: tuple[Argument, ...], data: bytes) -> Iterator[Any]:
-    """The arguments in this data; raises VciInvalidArgument if its size is wrong."""
+    """Yield the arguments in this data; raises VciInvalidArgument if its size is wrong."""
     wanted = sum(argument.size for argument in arguments)
     if len(data) != wanted:
         raise vci.VciError.of(vci.VCI_E_INVALIDARG, f"{len(data)} bytes of arguments instead of {wanted}")
