@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import enum
 import inspect
+import re
 import tomllib
 from pathlib import Path
 from typing import NamedTuple
@@ -54,12 +55,25 @@ def directive(name: str) -> str:
     """What Sphinx is to write of a name: of a class its members that have a text, and those of what it is made from."""
     found = getattr(canwire, name)
     if not isinstance(found, type):
-        return f".. auto{'function' if inspect.isroutine(found) else 'data'}:: canwire.{name}\n"
+        return f".. autofunction:: canwire.{name}\n" if inspect.isroutine(found) else constant(name, found)
     if issubclass(found, BaseException):
         return f".. autoexception:: canwire.{name}\n   :show-inheritance:\n"
     if issubclass(found, enum.Enum):
         return f".. autoclass:: canwire.{name}\n   :members:\n   :undoc-members:\n"
     return f".. autoclass:: canwire.{name}\n   :members:\n   :inherited-members: {outside(found)}\n"
+
+
+def constant(name: str, value: object) -> str:
+    """A constant with its value and the comment behind it in the source; raises ValueError if it has none."""
+    if name == "__version__":
+        return f".. py:data:: canwire.{name}\n\n   The version of the package.\n"
+    source = Path(canwire.__file__).parent / f"{canwire._PLACES[name].replace('.', '/')}.py"
+    comment = re.search(
+        rf"^{name} = [^#]+?# (.+?)(?:  # fmt: skip)?$", source.read_text("utf-8"), re.MULTILINE
+    )
+    if comment is None:
+        raise ValueError(f"{source}: {name} has no comment that says what it is")
+    return f".. py:data:: canwire.{name}\n   :value: {value!r}\n\n   {comment[1].replace('`', '``')}\n"
 
 
 def outside(kind: type) -> str:

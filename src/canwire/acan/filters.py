@@ -18,7 +18,7 @@ class Elsewhere(ABC):
 
     @abstractmethod
     def read(self) -> bytes:
-        """Return the present bytes of the variable: fewer than the length of the channel if that memory no longer exists."""
+        """Return the present bytes of the variable; fewer than the channel has if that memory no longer exists."""
 
     @abstractmethod
     def write(self, data: bytes) -> None:

@@ -27,24 +27,26 @@ RECORD_WORDS = 10
 NO_ID = 0xFFFF_FFFF
 
 # info: message type in bits 0..7, then CANMSGINFO's bits
-TYPE_MASK = 0xFF
-SINGLE_SHOT = 1 << 8
-HIGH_PRIORITY = 1 << 9
-EXTENDED_DATA_LENGTH = 1 << 10
-FAST_DATA_RATE = 1 << 11
-ERROR_STATE_INDICATOR = 1 << 12
-CONFIRM = 1 << 13  # ours, in a bit VCI reserves: the sender gets its frame returned with the outcome
-ABORT_ON_ERROR = 1 << 14  # ours too: discarded at its first bus error, but not after a lost arbitration
-LOOP_BACK = 1 << 15  # ours too: each receiving channel of the line immediately gets a copy, as if received
+TYPE_MASK = 0xFF  # of the message type: 0 is a frame
+SINGLE_SHOT = 1 << 8  # sent once: not repeated after an error or a lost arbitration
+HIGH_PRIORITY = 1 << 9  # sent from the mailbox of high priority, before other frames of the line
+EXTENDED_DATA_LENGTH = 1 << 10  # a CAN FD frame
+FAST_DATA_RATE = 1 << 11  # a CAN FD frame that switches its bit rate (BRS)
+ERROR_STATE_INDICATOR = 1 << 12  # the sender of a CAN FD frame was error passive (ESI)
+CONFIRM = (
+    1 << 13
+)  # canwire's, in a bit that VCI reserves: the sender gets its frame returned with the outcome
+ABORT_ON_ERROR = 1 << 14  # canwire's: discarded at its first bus error, but not after a lost arbitration
+LOOP_BACK = 1 << 15  # canwire's: each receiving channel of the line immediately gets a copy, as if received
 CONFIRM_LOAD = (
     1 << 24
-)  # ours, of a record to send: its channel wants it back when the controller has taken it
-DLC_SHIFT = 16
-DLC_MASK = 0xF << DLC_SHIFT
-OVERRUN = 1 << 20
-SELF_RECEPTION = 1 << 21
-REMOTE = 1 << 22
-EXTENDED = 1 << 23
+)  # canwire's, of a record to send: returned to its channel when the controller has taken it
+DLC_SHIFT = 16  # where the data length code begins
+DLC_MASK = 0xF << DLC_SHIFT  # of the data length code
+OVERRUN = 1 << 20  # frames before this one were lost because the receive queue was full
+SELF_RECEPTION = 1 << 21  # to send: receive the frame, too; received: this line has sent it
+REMOTE = 1 << 22  # a remote frame
+EXTENDED = 1 << 23  # an identifier of 29 bits
 ACCEPT_SHIFT = 24
 
 # event records: offsets into the data field

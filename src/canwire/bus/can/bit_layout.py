@@ -26,7 +26,7 @@ from canwire.values.frame import Frame
 FIELDS = (
     "SOF", "ID", "RTR", "IDE", "EXT", "RTR2", "FDF", "r0", "res", "BRS", "ESI", "DLC", "DATA",
     "STUFF COUNT", "CRC", "CRC DEL", "ACK", "ACK DEL", "EOF",
-)  # fmt: skip
+)  # the names of a frame's fields, in the order of the wire  # fmt: skip
 _INDEX = {name: index for index, name in enumerate(FIELDS)}
 (
     _SOF, _ID, _RTR, _IDE, _EXT, _RTR2, _FDF, _R0, _RES, _BRS, _ESI, _DLC, _DATA,

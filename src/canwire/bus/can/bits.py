@@ -19,7 +19,7 @@ _BIT_RATE_SWITCH = 1 << 11
 _ERROR_STATE = 1 << 12
 _ESI_WORD = 1 << 44  # ESI in a record's id/info word
 _NON_ISO = 2
-NON_ISO = _NON_ISO
+NON_ISO = _NON_ISO  # a value of `Node.fd`: CAN FD as Bosch first specified it, without the stuff count
 
 CRC15_POLY = 0x4599
 CRC17_POLY = 0x1685B
