@@ -128,7 +128,9 @@ def test_after_another_hub_began_old_rows_keep_their_time_in_a_log(tmp_path: Pat
                 viewer.until(lambda one: len(one.frames) == 1)
             first.process.terminate()
             first.process.wait(LONG_S)
-            viewer.until(lambda one: not one.listening)  # else the second viewer could see the first hub's line
+            viewer.until(
+                lambda one: not one.listening
+            )  # else the second viewer could see the first hub's line
         with (
             serving(tmp_path, time="real") as second,
             canwire.connect(second.address) as hub,
