@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
+import msgspec
+
 import api_pages
 
 project = "canwire"
@@ -45,10 +47,18 @@ SEAMS = frozenset(re.findall(r"`(\w+\.\w+)`", _MAP.partition("\n## Seams\n")[2].
 def leave_out(
     _app: object, _what: str, _name: str, found: object, skip: bool, _options: object
 ) -> bool | None:
-    """Seams, and descriptors that answer other libraries' names."""
-    return (
-        True if type(found).__name__ == "WrongName" or getattr(found, "__qualname__", "") in SEAMS else None
-    )
+    """Seams, descriptors that answer other libraries' names, and fields of named tuples, which have no text."""
+    left = type(found).__name__ in ("WrongName", "_tuplegetter")
+    return True if left or getattr(found, "__qualname__", "") in SEAMS else None
+
+
+def plain_signature(
+    _app: object, _what: str, _name: str, found: object, _options: object, _signature: str, _result: str
+) -> tuple[str, None] | None:
+    """Of the tables of canwire.toml only the names: the page of that file has their types, limits and defaults."""
+    if not (isinstance(found, type) and issubclass(found, msgspec.Struct)):
+        return None
+    return f"(*, {', '.join(field.name for field in msgspec.structs.fields(found))})", None
 
 
 def plain_docstring(
@@ -64,4 +74,5 @@ def setup(app: Any) -> None:
     api_pages.write()
     app.connect("doctree-read", leave_out_of_search)
     app.connect("autodoc-skip-member", leave_out)
+    app.connect("autodoc-process-signature", plain_signature)
     app.connect("autodoc-process-docstring", plain_docstring)

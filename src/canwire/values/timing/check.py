@@ -23,7 +23,7 @@ class NodeTiming:
 
     @property
     def sample_points(self) -> str:
-        """`87.5 %`, with ` and 80 % after BRS` where there is such a phase."""
+        """The sample points as text, such as "87.5 %", or "87.5 % and 80 % after BRS" with a data phase."""
         data = "" if self.data is None else f" and {100 * self.data.sample_point:.4g} % after BRS"
         return f"{100 * self.nominal.sample_point:.4g} %{data}"
 
