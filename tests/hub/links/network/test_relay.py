@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import random
 import socket
 import threading
@@ -22,6 +23,7 @@ from canwire.hub.links.network.offered import Offered
 from canwire.hub.links.network.relay import at_hub
 from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
 from canwire.hub.links.network.relay.coding import CLOSE, DATA, OPEN, Decoder, Encoder, Said
+from canwire.hub.links.network.relay.running import Running
 from canwire.hub.links.network.session.settings import Patience, check_reach
 from tests.hub.links.network.places import QUICK, Cable, Place, channel, elsewhere, offered, running, until
 from tests.hubs import LONG_S, free_port
@@ -121,6 +123,29 @@ def test_a_relay_whose_connection_breaks_makes_another_one_and_nothing_is_lost()
             assert heard.status().lost == 0
     assert "broke: " in said[0]
     assert "again after" in said[1]
+
+
+def test_a_task_that_loses_its_cancellation_is_cancelled_again() -> None:
+    """As one in `asyncio.wait_for` of Python 3.11 may; the end of a relay waited for it without limit."""
+    loop = Running("deaf")
+    lost: list[bool] = []
+
+    async def deaf() -> None:
+        try:
+            await asyncio.sleep(LONG_S)
+        except asyncio.CancelledError:
+            lost.append(True)
+            await asyncio.sleep(LONG_S)
+
+    async def begin() -> None:
+        tasks.append(asyncio.ensure_future(deaf()))
+        await asyncio.sleep(0)
+
+    tasks: list[asyncio.Future[None]] = []
+    loop.run(begin())
+    loop.close()
+    assert lost == [True]
+    assert tasks[0].cancelled()
 
 
 @pytest.mark.conforms("N-32")

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from canwire.hub.links.network.session.door import host_and_port
 
+_AGAIN_S = 0.1
 T = TypeVar("T")
 Accept = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None] | None]
 
@@ -47,7 +48,11 @@ class Running:
     async def _end(self) -> None:
         for server in self._servers:
             server.close()
-        others = asyncio.all_tasks() - {asyncio.current_task()}
-        for task in others:
-            task.cancel()
-        await asyncio.gather(*others, return_exceptions=True)
+        while others := asyncio.all_tasks() - {asyncio.current_task()}:
+            for task in others:
+                task.cancel()
+            # again after a moment: `asyncio.wait_for` of Python 3.11 can lose a cancellation
+            ended, _ = await asyncio.wait(others, timeout=_AGAIN_S)
+            for task in ended:
+                if not task.cancelled():
+                    task.exception()  # retrieved, so that asyncio does not log it
