@@ -20,6 +20,7 @@ cdef class FrameReader:
     cdef object _block
     cdef unsigned long long *payload
 
+    cdef int _take_memory(self) except -1
     cpdef int begin_for(self, Node node) noexcept
     cpdef int begin(self) noexcept
     @cython.locals(field=int, left=int)

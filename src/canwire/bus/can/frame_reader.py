@@ -64,18 +64,18 @@ class FrameReader:
 
     def __cinit__(self, *_: object) -> None:
         """Compiled: a reader that was never initialised has memory for a payload, too."""
-        self._block = bytearray(8 * _WORDS)
-        self.payload = _mem.words_of(self._block)
+        self._take_memory()
 
     def __init__(self, fd_mode: int) -> None:
         self.fd_mode = fd_mode
         self.protocol_exception = fd_mode != 0
+        self._take_memory()
+        self.length = self.crc_width = self.crc_position = 0
+        self.begin()
+
+    def _take_memory(self) -> None:
         self._block = bytearray(8 * _WORDS)
         self.payload = _mem.words_of(self._block)
-        self.length = 0
-        self.crc_width = 0
-        self.crc_position = 0
-        self.begin()
 
     def begin_for(self, node: Node) -> None:
         """Start a frame for this node: the next bit is an SOF."""
