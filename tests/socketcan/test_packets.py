@@ -215,7 +215,7 @@ exit $status
 """
 
 
-@pytest.mark.conforms("N-50")
+@pytest.mark.conforms("N-50", "N-51")
 @pytest.mark.parametrize(
     ("program", "words"),
     [
@@ -237,7 +237,7 @@ def test_captures(bench: Bench, tmp_path: Path, program: str, words: str) -> Non
     assert file.read_bytes().count(frame) == 3
 
 
-@pytest.mark.conforms("N-50")
+@pytest.mark.conforms("N-50", "N-51")
 def test_tshark_hears_an_interface(bench: Bench) -> None:
     for name in ("tshark", "cangen"):
         find_program(name)

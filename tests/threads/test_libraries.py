@@ -15,7 +15,12 @@ from canwire import Gateway, Hub
 from tests.hubs import parsed
 
 can = pytest.importorskip("can")
-pytestmark = [pytest.mark.finding("first-hour 1"), pytest.mark.finding("machines 4"), pytest.mark.timeout(60)]
+pytestmark = [
+    pytest.mark.conforms("N-61"),
+    pytest.mark.finding("first-hour 1"),
+    pytest.mark.finding("machines 4"),
+    pytest.mark.timeout(60),
+]
 TWO_BUSES = "".join(
     f'[[bus]]\nname = "can{number}"\n[[board]]\nkind = "usb-to-can"\nbuses = ["can{number}", "can{number}"]\n'
     for number in range(2)

@@ -13,7 +13,7 @@ from tests.threads.apart import OPEN, START, played_apart
 from tests.threads.shapes import REQUESTS, SHAPES
 from tests.threads.test_shapes import in_a_hub
 
-pytestmark = [pytest.mark.finding("machines 4"), pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.conforms("N-61"), pytest.mark.finding("machines 4"), pytest.mark.timeout(120)]
 Lockstep = Callable[..., dict[str, str]]
 
 

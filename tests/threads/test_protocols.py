@@ -18,7 +18,12 @@ can = pytest.importorskip("can")
 
 from tests.threads.test_libraries import bus_on, twice  # noqa: E402  (python-can is an extra)
 
-pytestmark = [pytest.mark.finding("first-hour 1"), pytest.mark.finding("machines 4"), pytest.mark.timeout(60)]
+pytestmark = [
+    pytest.mark.conforms("N-61"),
+    pytest.mark.finding("first-hour 1"),
+    pytest.mark.finding("machines 4"),
+    pytest.mark.timeout(60),
+]
 VIN = b"CANWIRE0123456789"
 
 

@@ -14,7 +14,7 @@ can = pytest.importorskip("can")
 
 from tests.threads.shapes import REQUESTS, SHAPES, play  # noqa: E402  (python-can is an extra)
 
-pytestmark = [pytest.mark.finding("first-hour 1"), pytest.mark.timeout(60)]
+pytestmark = [pytest.mark.conforms("N-61"), pytest.mark.finding("first-hour 1"), pytest.mark.timeout(60)]
 
 
 @pytest.mark.parametrize("name", SHAPES)

@@ -22,7 +22,7 @@ import canwire
 from canwire import Hub, HubError
 from tests.cases import hold_for_each
 
-pytestmark = pytest.mark.timeout(60)
+pytestmark = [pytest.mark.conforms("N-61"), pytest.mark.timeout(60)]
 WAITS: dict[str, Callable[[], object]] = {}
 
 

@@ -48,7 +48,7 @@ def test_no_cell_is_empty() -> None:
 
 
 @pytest.mark.parametrize("board", table.BOARDS)
-@pytest.mark.conforms("N-03")
+@pytest.mark.conforms("N-03", "N-63")
 @pytest.mark.finding("dialects 1", "dialects 7")
 def test_each_hears_what_it_asked_for(board: str) -> None:
     hold_for_each([one for one in COMPANIES if one.board == board], _play)
@@ -171,6 +171,7 @@ def test_acan_begins_again_off_the_bus() -> None:
 
 @pytest.mark.parametrize("board", [table.FD, "inducan104", "picocom1"])
 @pytest.mark.finding("dialects 1")
+@pytest.mark.conforms("N-63")
 def test_candrvs_init_leaves_vcis_settings_alone(board: str) -> None:
     """Operating mode, bit timing and line filter as InitLine and SetAccFilter set them, byte for byte."""
     with virtual_scene(board) as scene:
@@ -194,6 +195,7 @@ def test_candrvs_init_leaves_vcis_settings_alone(board: str) -> None:
 
 
 @pytest.mark.finding("dialects 1")
+@pytest.mark.conforms("N-63")
 def test_vcis_start_leaves_candrvs_mode_alone() -> None:
     """CAN2.0A of a CANDRV program, which hears no 29-bit frames, is no setting of VCI's."""
     with virtual_scene("inducan104") as scene:

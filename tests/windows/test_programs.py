@@ -15,6 +15,8 @@ from tests.docs.test_five_programs import GUIDE, PROGRAM, SHOWN
 from tests.hubs import free_port, offering, served_here
 from tests.windows.conftest import LONG_S, Windows, line_of
 
+pytestmark = pytest.mark.conforms("N-64")
+
 BEGINS = "HW000001:0"
 
 

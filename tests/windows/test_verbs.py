@@ -5,7 +5,11 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import pytest
+
 from tests.windows.conftest import Windows, line_of
+
+pytestmark = pytest.mark.conforms("N-64")
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 DBC, LOG = (Windows.path(EXAMPLES / name) for name in ("engine.dbc", "car-candump.log"))

@@ -32,7 +32,7 @@ from canwire import (
 from tests.bus.can.test_two_ways import look_at_random_moments, plan_a_frame, start_with_counters, summary
 from tests.effort import seeds
 
-pytestmark = pytest.mark.core
+pytestmark = [pytest.mark.conforms("N-62"), pytest.mark.core]
 
 SEEDS_A_TEST = 20
 DIFFERED = (704_538, 724_617, 730_054, 734_771, 736_019, 738_323, 743_032, 1_026_051, 1_065_766)

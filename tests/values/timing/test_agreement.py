@@ -21,6 +21,8 @@ from canwire import (
 from canwire.errors import BadTiming
 from tests.cases import each
 
+pytestmark = pytest.mark.conforms("N-62")
+
 _CLOCK_HZ = 80_000_000
 
 
