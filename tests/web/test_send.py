@@ -233,7 +233,7 @@ def test_in_the_browser_by_hand_by_key_and_in_a_cycle(page: Page, hub: canwire.H
         held: list[Route] = []
         page.route("**/send/put", lambda route: held.append(route))
         with page.expect_request("**/send/put"):
-            page.keyboard.press("Enter")
+            page.get_by_label("Identifier, hex").press("Enter")
         page.keyboard.press("Enter")  # before the answer: it does nothing twice
         page.get_by_label("Key").focus()
         assert len(held) == 1
