@@ -61,7 +61,9 @@ def options() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seed", type=int, default=26)
     parser.add_argument("--count", type=int, default=150)
-    parser.add_argument("--folders", nargs="+", default=(), metavar="NAME", help="draw only there: bus, ring.py ...")
+    parser.add_argument(
+        "--folders", nargs="+", default=(), metavar="NAME", help="draw only there: bus, ring.py ..."
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="where results are added")
     parser.add_argument("--only", type=Path, metavar="FILE", help="judge the mutants of this former result")
     parser.add_argument("--status", choices=["killed", "survived"], help="of --only those that were this")

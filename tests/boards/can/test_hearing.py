@@ -9,7 +9,8 @@ from canwire.boards.can.modes import LineMode
 from canwire.values.timing.bit_timing import BitTiming
 
 MODE = LineMode(
-    BitTiming.for_bit_rate(500_000, clock_hz=80_000_000), registers=(("ACR0", 0x20), ("OCR", 0x1A), ("AMR0", 7))
+    BitTiming.for_bit_rate(500_000, clock_hz=80_000_000),
+    registers=(("ACR0", 0x20), ("OCR", 0x1A), ("AMR0", 7)),
 )
 
 
