@@ -112,6 +112,11 @@ def test_every_folder_has_its_share(drawn: list[Mutant]) -> None:
     assert {Path(mutant.file).relative_to(PACKAGE).parts[0] for mutant in drawn} >= rooms
 
 
+def test_some_folders_alone() -> None:
+    drawn = draw(ROOT, 20, 26, ["chips", "ring.py"])
+    assert {Path(mutant.file).relative_to(PACKAGE).parts[0] for mutant in drawn} == {"chips", "ring.py"}
+
+
 def test_shares_follow_the_lines() -> None:
     assert shares({"a": 900, "b": 99, "c": 1}, 10) == {"a": 9, "b": 1, "c": 1}
     assert sum(shares({"a": 50, "b": 35, "c": 15}, 7).values()) == 7

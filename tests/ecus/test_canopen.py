@@ -149,6 +149,17 @@ def test_a_pdo_on_change(bench: Bench) -> None:
     assert bench.heard(0x185) == []
 
 
+def test_the_manufacturer_s_type_is_on_change_too(bench: Bench) -> None:
+    """Type 254, as 255: sent when it is set up anew, and with each new value."""
+    bench.start()
+    bench.heard(0x185)
+    bench.remote.sdo[0x1800][2].raw = 254
+    bench.lab.run_for(0.01)
+    bench.ecu.sdo["Inputs"][1].raw = 0x5A
+    bench.lab.run_for(0.01)
+    assert [frame.data for frame in bench.heard(0x185)] == [b"\0", b"\x5a"]
+
+
 def test_a_pdo_by_its_event_timer(bench: Bench) -> None:
     """Every 20 ms; a change is sent at once, and the timer begins anew."""
     bench.remote.sdo[0x1800][5].raw = 20

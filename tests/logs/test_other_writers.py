@@ -8,7 +8,7 @@ from pathlib import Path
 import can
 import pytest
 
-from canwire import BusEvent, ErrorKind, Frame, create_log, open_log
+from canwire import BusEvent, ErrorKind, ErrorState, EventKind, Frame, create_log, open_log
 from canwire.logs.entry import LogEntry
 
 ASC = """date Sat Sep 30 15:06:13.191 2017
@@ -111,3 +111,18 @@ def test_pandas_reads_identifiers_as_whole_numbers(tmp_path: Path) -> None:
     table = pandas.read_parquet(path)
     assert str(table["id"].dtype) == "UInt32"
     assert table["id"][0] == 0x123
+
+
+def test_others_find_our_errors_and_no_other_events_in_asc(tmp_path: Path) -> None:
+    """Readers of ASC know "ErrorFrame"; changes of a node's state are comments to them."""
+    path = tmp_path / "ours.asc"
+    with create_log(path) as log:
+        log.write(
+            LogEntry(1_000, "can0", BusEvent(EventKind.ERROR, error=ErrorKind.STUFF, timestamp_ns=1_000))
+        )
+        log.write(
+            LogEntry(2_000, "can0", BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF, timestamp_ns=2_000))
+        )
+    error, state = path.read_text().splitlines()[-3:-1]
+    assert error.split()[1:3] == ["1", "ErrorFrame"]
+    assert state.startswith("//")

@@ -150,6 +150,7 @@ def _pcap(order: str, packets: list[bytes]) -> bytes:
 def _pcapng(order: str, packets: list[bytes]) -> bytes:
     found = _block(order, 0x0A0D0D0A, struct.pack(order + "IHHq", 0x1A2B3C4D, 1, 0, -1))
     found += _block(order, 1, struct.pack(order + "HHI", 113, 0, 0))
+    found += _block(order, 0x0BAD, b"")  # the smallest block there can be, of a kind that nobody knows
     for one in packets:
         found += _block(order, 6, struct.pack(order + "IIIII", 0, 0, 1_000_000, len(one), len(one)) + one)
     return found

@@ -1,6 +1,7 @@
 """Draws mutants, judges each of them, writes a line of JSON for each and prints the shares.
 
 python -m tests.mutants --seed 26 --count 150 --out before.jsonl
+python -m tests.mutants --folders bus chips --count 40 --out two.jsonl             # some folders alone
 python -m tests.mutants --only before.jsonl --out after.jsonl                     # the same ones once more
 python -m tests.mutants --only before.jsonl --status survived --out rest.jsonl
 """
@@ -33,7 +34,7 @@ def main() -> int:
         print(f"{wanted.count(None)} of {len(wanted)} stand in source that is no more", file=sys.stderr)
         mutants = [mutant for mutant in wanted if mutant]
     else:
-        mutants = draw(ROOT, arguments.count, arguments.seed)
+        mutants = draw(ROOT, arguments.count, arguments.seed, arguments.folders)
     mutants.sort(key=lambda mutant: folder_of(mutant.file) not in FIRST)
     with tempfile.TemporaryDirectory(prefix="cwm") as home, arguments.out.open("a") as out:
         judge = Judge(ROOT, Path(home))
@@ -60,6 +61,9 @@ def options() -> argparse.ArgumentParser:
     )
     parser.add_argument("--seed", type=int, default=26)
     parser.add_argument("--count", type=int, default=150)
+    parser.add_argument(
+        "--folders", nargs="+", default=(), metavar="NAME", help="draw only there: bus, ring.py ..."
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="where results are added")
     parser.add_argument("--only", type=Path, metavar="FILE", help="judge the mutants of this former result")
     parser.add_argument("--status", choices=["killed", "survived"], help="of --only those that were this")

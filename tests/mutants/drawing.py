@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import random
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -57,19 +57,23 @@ class Mutant(NamedTuple):
         return (text[:start] + self.after.encode() + text[start + len(self.before.encode()) :]).decode()
 
 
-def folders(root: Path) -> dict[str, list[Path]]:
-    """The package's files by its top folders; those that stand in none are "." together."""
+def folders(root: Path, only: Collection[str] = ()) -> dict[str, list[Path]]:
+    """The package's files by its top folders; those that stand in none are "." together.
+
+    `only`: these folders, and files that stand in none, such as "bus" and "ring.py"; nothing means all.
+    """
     found: dict[str, list[Path]] = {}
     for path in sorted((root / PACKAGE).rglob("*.py")):
         inner = path.relative_to(root / PACKAGE)
-        found.setdefault(inner.parts[0] if len(inner.parts) > 1 else ".", []).append(path)
+        if not only or inner.parts[0] in only:
+            found.setdefault(inner.parts[0] if len(inner.parts) > 1 else ".", []).append(path)
     return found
 
 
-def draw(root: Path, count: int, seed: int) -> list[Mutant]:
+def draw(root: Path, count: int, seed: int, only: Collection[str] = ()) -> list[Mutant]:
     """From each top folder so many mutants as it has lines, at least one; the same for the same seed and source."""
     drawn: list[Mutant] = []
-    by_folder = folders(root)
+    by_folder = folders(root, only)
     numbers = shares({name: sum(map(_lines, paths)) for name, paths in by_folder.items()}, count)
     for name, paths in by_folder.items():
         chance = random.Random(f"{seed} {name}")

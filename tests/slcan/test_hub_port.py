@@ -67,6 +67,17 @@ def hub() -> Iterator[Hub]:
         yield hub
 
 
+def test_without_its_boards_the_first_one_s_reason_is_given() -> None:
+    class Bare:
+        """A hub that has none of the boards."""
+
+        def plug(self, kind: str, **others: object) -> None:
+            raise NoSuchBoard(f"{kind}: not here")
+
+    with pytest.raises(NoSuchBoard, match=f"^{CANBUS.kinds[0]}: not here$"):
+        plug_dongle(Bare(), CANBUS, "can0")  # type: ignore[arg-type]
+
+
 @pytest.mark.conforms("CT-05", "CT-06", "CT-07", "CT-17")
 def test_frames_cross_the_bus(hub: Hub) -> None:
     node, plugged = Node(hub), Plugged(hub)

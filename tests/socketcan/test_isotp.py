@@ -162,13 +162,14 @@ def test_wait_gives_another_second() -> None:
     assert scene.over == [0]
 
 
-def test_the_separation_time_is_kept() -> None:
-    scene = Scene(Options(), Options(stmin=20))
+@each(("frame_ms", "gap_s"), [(0, 0.020), (10, 0.030)])
+def test_the_separation_time_is_kept_and_a_frame_s_own_added(frame_ms: int, gap_s: float) -> None:
+    scene = Scene(Options(frame_time_ns=frame_ms * 1_000_000), Options(stmin=20))
     begun_s = scene.clock.now_s
     scene.sender.send(bytes(6 + 3 * 7))
     while not scene.over:
         scene.clock.run_for(0.001)
-    assert 3 * 0.020 <= scene.clock.now_s - begun_s < 3 * 0.020 + 0.005
+    assert 3 * gap_s <= scene.clock.now_s - begun_s < 3 * gap_s + 0.005
 
 
 @each(

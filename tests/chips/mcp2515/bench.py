@@ -42,10 +42,10 @@ class Partner:
 
 
 class Bench:
-    """Chips on one bus."""
+    """Chips on one bus, in a time of its own or another bench's."""
 
-    def __init__(self, *, bitwise: bool = False) -> None:
-        self.timeline = Timeline()
+    def __init__(self, *, bitwise: bool = False, timeline: Timeline | None = None) -> None:
+        self.timeline = timeline or Timeline()
         self.bus = CanBus(self.timeline)
         self.bus.bitwise = bitwise
         self.faults = Faults(self.bus, 1)

@@ -90,6 +90,23 @@ def test_one_shot_mode_and_a_lost_arbitration(bench: Bench) -> None:
     assert (partner.heard(), chip.read(m.TXBCTRL[0])) == ([C], 0)
 
 
+def test_a_handler_of_another_bus_can_send_whatever_happened_before(bench: Bench) -> None:
+    partner, chip = bench.partner(), bench.chip()
+    partner.send(A)
+    send(chip, B)  # it loses, sends, and has received
+    bench.bits(300)
+    bench.faults.flip(bit="data", seen_by="sender")
+    send(chip, B)
+    bench.bits(300)
+    assert (len(partner.heard()), chip.errors, chip.frames_received) == (2, 1, 1)
+    near = Bench(timeline=bench.timeline)
+    sender, ear = near.partner(), near.chip()
+    ear.on_interrupt = lambda: send(chip, C)
+    sender.send(A)
+    bench.bits(300)
+    assert partner.heard() == [C]
+
+
 def test_one_shot_mode_and_an_error(bench: Bench) -> None:
     chip = bench.chip()
     chip.modify(m.CANCTRL, m.CTRL_OSM, m.CTRL_OSM)

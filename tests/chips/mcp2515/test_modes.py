@@ -186,6 +186,7 @@ def test_a_frame_wakes_and_is_lost(bench: Bench) -> None:
     bench.bits(5)
     assert (mode_of(chip), chip.read(m.CANINTF)) == (m.LISTEN_ONLY, m.INT_WAK)
     assert chip.read(m.CANSTAT) & 0x0E == 4
+    assert chip.listen_only  # it acknowledges nothing until its processor asks for a mode
     bench.bits(100)
     assert chip.read(m.CANINTF) == m.INT_WAK
     partner.send(B)

@@ -104,9 +104,9 @@ def test_the_verb(hub_address: str, capsys: pytest.CaptureFixture[str]) -> None:
     told = capsys.readouterr()
     assert [line.split()[0] for line in told.out.splitlines()] == ["can0", "can0"]
     assert told.err == "canwire: can0: mean 0.0 %, peak 0.0 %, 0 frames, 0 errors\n"
-    assert main([*words, "--json"]) == 0
+    assert main([*words, "-n", "1", "--json"]) == 0
     objects = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert [(one["bus"], one["load"]) for one in objects] == [("can0", 0.0)] * 2
+    assert [(one["bus"], one["load"]) for one in objects] == [("can0", 0.0)]
 
 
 @pytest.mark.parametrize(

@@ -642,3 +642,10 @@ def test_one_identifier_is_held_by_both_filters() -> None:
     assert pushed((0x246, 0xFFE), None) == (0x2460_2460, 0x001F_001F)
     assert pushed(None, None) == (0, 0xFFFFFFFF)
     assert pushed((0, 0), (0, 0)) == (0, 0xFFFFFFFF)
+
+
+def test_fd_frames_are_heard_without_a_stamp() -> None:
+    desk = Desk()
+    desk.talk.feed(b"b12391122334455667788AABBCCDD\r", 0)
+    frame = Frame(0x123, bytes.fromhex("1122334455667788AABBCCDD"), fd=True, bit_rate_switch=True)
+    assert (desk.heard, desk.talk.malformed) == ([(frame, -1)], 0)

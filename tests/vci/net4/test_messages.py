@@ -148,3 +148,10 @@ def test_pairs_of_rates() -> None:
         CanFdBitrate.CANOPEN_BIT_RATES,
     )
     assert [len(table) for table in tables] == [8, 7, 6, 20]
+
+
+def test_every_rate_that_has_a_name_may_resynchronise_by_no_more_than_its_second_segment() -> None:
+    rates = [rate for rate in vars(CanBitrate2).values() if isinstance(rate, CanBitrate2)]
+    assert len(rates) > 30
+    for rate in rates:
+        assert rate.sjw <= rate.time_segment2, rate.name

@@ -36,7 +36,7 @@ class Handle(Controls):
     `print("731 0 4 11 22 33 44", file=handle)` sends a message; iterating yields events.
     """
 
-    def __init__(self, device: Device, *, read: bool = True, write: bool = True, share: int = 3) -> None:
+    def __init__(self, device: Device, *, read: bool, write: bool, share: int) -> None:
         self.device = device
         self.readable, self.writable = bool(read), bool(write)
         settings = device.settings

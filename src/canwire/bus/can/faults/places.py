@@ -78,10 +78,10 @@ class Place:
             return self.bit
         if self.part not in FIELDS:
             return -1
-        name = FIELDS[self.part]
-        at = layout.find(name)
-        end = len(layout.fields) - layout.fields[::-1].index(layout.fields[at]) if at >= 0 else -1
-        return at + self.bit - 1 if at >= 0 and at + self.bit <= end else -1
+        at = layout.find(FIELDS[self.part])
+        last = layout.fields.rfind(layout.fields[at]) if at >= 0 else -1
+        index = at + self.bit - 1
+        return index if index <= last else -1
 
     def outlasts_the_frame(self) -> bool:
         """Whether the bus may already rest before a node reaches the place."""

@@ -49,7 +49,7 @@ class Pump:
         self._moved = Moved((self._wake,) if doorbell is None else (self._wake, doorbell))
         self._sending = threading.Lock()  # over taking something to be sent, and sending it
         self._arrived = threading.Condition()
-        self._awaiting = self._turns = 0
+        self._turns = 0
         self._stopping = False
         self.quiet = False  # rings are moved with calls and answers, and their events are for others
         self._asked_ns = self._beaten_ns = self._watched_ns = 0
@@ -114,15 +114,11 @@ class Pump:
             return True
         deadline = time.monotonic() + timeout
         with self._arrived:
-            self._awaiting += 1
-            try:
-                while not self._have(positions) and not self._stopping:
-                    left = deadline - time.monotonic()
-                    if left <= 0:
-                        return False
-                    self._arrived.wait(left)
-            finally:
-                self._awaiting -= 1
+            while not self._have(positions) and not self._stopping:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    return False
+                self._arrived.wait(left)
         return self._have(positions)
 
     def take(self, payload: bytes) -> None:
@@ -173,9 +169,8 @@ class Pump:
             urgent = taker.accept(first, records)
         if urgent:
             self.wake()
-        if self._awaiting:
-            with self._arrived:
-                self._arrived.notify_all()
+        with self._arrived:
+            self._arrived.notify_all()
 
     def _acknowledge(self, found: list[Report]) -> None:
         for report in found:

@@ -124,7 +124,6 @@ class StreamLink:
 
     def leave_to_parent(self) -> None:
         """In a fork, close this copy of the connection, so that it ends with the process that made it."""
-        self._lost = True
         self._socket.close()
 
     # what a kind of stream adds

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from canwire.errors import BadFrame, BadValue, CanwireError, Unsupported, WrongState
+from canwire.errors import BadValue, CanwireError, Unsupported, WrongState
 from canwire.hub.owner.answers.registry import DONE, Answers, opened
 from canwire.hub.owner.deferred import Deferred
 from canwire.hub.owner.held.lin import HeldMonitor, LinSlot
@@ -16,7 +16,6 @@ from canwire.hub.protocol.lin_messages import LinConfiguration
 from canwire.hub.protocol.link import Answer
 from canwire.values.lin.configuration import LinNodeAttributes
 from canwire.values.lin.record import lin_frame_of_record
-from canwire.values.record import RECORD_SIZE
 
 _LONGEST_NS = 3_600_000_000_000  # of a request: 4095 bytes at 1 kbit/s take a tenth of it
 
@@ -52,8 +51,6 @@ def _initialise_lin(request: m.InitialiseLin, session: Session, world: World) ->
 
 @answers.to(m.WriteLin)
 def _write_lin(request: m.WriteLin, session: Session, world: World) -> Answer:
-    if len(request.record) != RECORD_SIZE:
-        raise BadFrame(f"a record has {RECORD_SIZE} bytes, not {len(request.record)}")
     frame = lin_frame_of_record(request.record)
     _slot(session, request.handle).lin.write(frame, send=request.send)
     return DONE
