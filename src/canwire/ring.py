@@ -424,7 +424,7 @@ class Ring:
     def _settled(self, wanted: int) -> bool:
         """There is nothing to wait for; otherwise the other side knows from now on that somebody waits."""
         if self._ready(wanted):
-            self._words[wanted] = 0
+            self._words[_WANTED if wanted == _WANTED else _FREE_WANTED] = 0
             return True
         if wanted == _WANTED:
             self.arm()

@@ -56,6 +56,25 @@ def test_a_bus_that_is_busy_for_ages_is_looked_at_in_an_instant() -> None:
     assert (load.percent(2**62), load.peak(), load.busy_ns) == (100.0, 100.0, 2**62 - 7)
 
 
+def test_a_replay_has_the_bits_of_one_frame() -> None:
+    with canwire.Lab() as lab:
+        node = lab.can_bus("can0").node("a")
+        node.send(canwire.Frame(0x123))
+        lab.run_for(0.000_020)
+        bits = node.line.controller.bus.bits
+        bits.enter([node.line.controller], 5, 0)
+        with pytest.raises(ValueError, match="now_ns 9223372036854775807: 1099511627776 ns at most after"):
+            bits.replay(2**63 - 1)
+
+
+def test_an_end_of_a_ring_that_there_is_not_is_the_producers() -> None:
+    ring = canwire.Ring(4)
+    assert ring._settled(2**31)
+    ring.threshold = 9
+    ring.arm()
+    assert (ring._settled(-(2**31)), ring.wanted, ring.free_wanted) == (True, 9, 0)
+
+
 @compiled_only
 def test_a_mailbox_that_was_never_initialised_has_a_record() -> None:
     with canwire.Lab() as lab:

@@ -1,10 +1,10 @@
 # cython: nonecheck=False
 """The bit level of a CAN bus: every node's clock, sample point and level, edge by edge.
 
-bus.py skips over undisturbed frames in one step. All else happens here: errors,
-collisions, injected faults, clocks that disagree, cables that are too long. Each node lives in
-its own bit time, is synchronised by the edges it sees, and samples the wired AND of all levels (others'
-levels arrive `delay_ps` late). Times are picoseconds since `enter`.
+bus.py skips over undisturbed frames in one step. All else happens here: errors, collisions, injected faults, clocks
+that disagree, cables that are too long. Each node lives in its own bit time, is synchronised by the edges it sees,
+and samples the wired AND of all levels (others' levels arrive `delay_ps` late). Times are picoseconds since
+`enter`.
 
 Source: ISO 11898-1:2015 chapter 11.3 (bit timing and synchronisation); reference/can-protocol.md section 8.
 """
@@ -25,11 +25,9 @@ from canwire.timeline import NEVER
 
 _FRAME, _IDLE, _SUSPEND, _WAITING = FRAME, IDLE, SUSPEND, WAITING
 _NEVER, _QUIET, _FREE = NEVER, QUIET, FREE
-_FAR_NS = 1 << 40  # beyond any stretch
-_MOST = 1 << 20
+_FAR_NS, _MOST = 1 << 40, 1 << 20  # beyond any stretch of time; bits in one step
 
-# which nodes see a disturbed bit
-EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)
+EVERYBODY, RECEIVERS, SENDER, ONE_NODE = range(4)  # which nodes see a disturbed bit
 
 
 class BitLevel:
@@ -268,7 +266,9 @@ class BitLevel:
                 self.capture(self.offset_ps() + at_ps, level)
 
     def replay(self, now_ns: int) -> None:
-        """Run all bits from the start to the present, which have passed without a disturbance."""
+        """Run all bits from the start to the present, which have passed without a disturbance: a frame's at most."""
+        if now_ns > self.origin_ns + _FAR_NS:
+            raise ValueError(f"now_ns {now_ns}: {_FAR_NS} ns at most after the start at {self.origin_ns} ns")
         self.undisturbed = True
         self.aligned = False
         while self.clocks:

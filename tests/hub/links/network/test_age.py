@@ -141,3 +141,21 @@ def test_a_call_that_was_given_up_is_not_carried_out_later(place: Place, warned:
         assert (failed.error, "Unplug came after 100" in failed.text) == (HubError.__name__, True)
         assert len(here.boards()) == 2
         assert len(warned) == 1
+
+
+def test_a_repetition_that_comes_after_the_next_call_is_not_carried_out(place: Place) -> None:
+    """A query may be slower than the messages after it: a wait for a turn began once more, in the middle of a turn."""
+    with elsewhere(place.address) as hub:
+        link = hub._link
+        assert isinstance(link, NetworkLink)
+        calls: list[bytes] = []
+        send = link._asker._send
+        link._asker._send = lambda payload: calls.append(payload) or send(payload)  # type: ignore[method-assign, func-returns-value]
+        first = hub.create_luid()
+        assert hub.create_luid() == first + 1
+        answers: list[bytes] = []
+        next(iter(place.bridge._guests.values())).ask(calls[0][1:], answers.append)
+        assert hub.create_luid() == first + 2
+        _, _, failed = m.decode_reply(answered_in(answers[0]).reply)
+        assert isinstance(failed, m.Failed)
+        assert "answered already" in failed.text

@@ -108,14 +108,13 @@ class NetworkLink:
 
     def call(self, request: m.Message) -> Answer:
         self._check()
-        serial = next(self._serials)
-        payload = m.encode_request(serial, request)[m.LENGTH.size :]
         self._pump.flush()
-        call = Call(request, payload)
         with self._lock:
             if self.lost:
                 raise self._why()
-            self._calls[serial] = call
+            serial = next(self._serials)  # within the lock: no other thread's `oldest` leaves it out
+            payload = m.encode_request(serial, request)[m.LENGTH.size :]
+            call = self._calls[serial] = Call(request, payload)
             oldest = min(self._calls)
         rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
         asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)

@@ -66,7 +66,7 @@ class Guest:
         self._known: dict[
             int, list[Reply] | bytes
         ] = {}  # by serial: who waits for it, or what it was answered
-        self._waiting = self._waiting_bytes = 0
+        self._oldest = self._waiting = self._waiting_bytes = 0
         self._numbers = itertools.count(1)
         self._rings: dict[int, tuple[int, ...]] = {}  # by handle
         self._closed = False
@@ -104,10 +104,13 @@ class Guest:
             reply(refused(payload, late))
             return
         with self._lock:
-            for serial in [serial for serial in self._known if serial < asked.oldest]:
+            self._oldest = max(self._oldest, asked.oldest)
+            for serial in [serial for serial in self._known if serial < self._oldest]:
                 if isinstance(self._known[serial], bytes):
                     del self._known[serial]
             known = self._known.get(asked.serial)
+            if known is None and asked.serial < self._oldest:  # a repetition, slower than the call after it
+                known = refused(payload, HubError("this call was answered already, or given up"))
             if isinstance(known, list):
                 known.append(reply)
             elif known is None:
