@@ -19,11 +19,16 @@ _SHARE_INTERPRETED = 8
 
 
 def register_profiles() -> None:
-    """A busy machine is no bug, so there are no deadlines: timing belongs to the benchmarks."""
+    """A busy machine is no bug, so slow examples and slow draws are none: timing belongs to the benchmarks."""
+    slow = [hypothesis.HealthCheck.too_slow]  # a clone's first draw of text computes tables for half a second
     usual = EXAMPLES if core_mode() == "compiled" else EXAMPLES // 3
-    hypothesis.settings.register_profile(USUAL, deadline=None, max_examples=usual, derandomize=True)
+    hypothesis.settings.register_profile(
+        USUAL, deadline=None, max_examples=usual, derandomize=True, suppress_health_check=slow
+    )
     many = EXAMPLES * _TIMES_THOROUGH
-    hypothesis.settings.register_profile(THOROUGH, deadline=None, max_examples=many, derandomize=False)
+    hypothesis.settings.register_profile(
+        THOROUGH, deadline=None, max_examples=many, derandomize=False, suppress_health_check=slow
+    )
     hypothesis.settings.load_profile(USUAL)
 
 

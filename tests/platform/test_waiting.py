@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 from canwire.platform.waiting import Waiting
 from tests.cases import each
 
@@ -24,8 +26,8 @@ class Signals(Waiting):
 def test_between_two_looks_it_waits_for_a_signal(
     timeout: float | None, recheck: float | None, longest: float | None
 ) -> None:
-    signals = Signals()
-    assert signals.wait_for(lambda: len(signals.waits) == 3, timeout, recheck)
+    signals, looks = Signals(), count()
+    assert signals.wait_for(lambda: next(looks) == 3, timeout, recheck)
     assert len(signals.waits) == 3
     for wait in signals.waits:
         assert wait == longest if timeout is None or longest == recheck else 0 < wait <= longest

@@ -268,3 +268,19 @@ def test_payloads_within_each_other_are_refused() -> None:
     inner = wire.packed([b"\3", b"\3"])[0]
     with pytest.raises(BadMessage, match="within others"):
         wire.parts_in(wire.packed([inner, inner])[0])
+
+
+def test_positions_that_ends_wait_for_count_from_the_links_beginning() -> None:
+    ring = Pair._ring(16)
+    record = memoryview(bytes(SIZE))
+    with closing(ring):
+        ring.put_bytes(record)
+        ring.take_bytes()  # before there was a link
+        incoming = Incoming(1, ring)
+        assert incoming.wanted == 0
+        ring.threshold = 3
+        ring.arm()
+        assert incoming.wanted == 3
+        incoming.accept(0, memoryview(bytes(2 * SIZE)))
+        ring.take_bytes()
+        assert [incoming.want(goal) for goal in (0, 1, 2)] == [False, True, False]
