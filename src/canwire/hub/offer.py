@@ -90,12 +90,13 @@ def route(
     Raises HubError if it cannot listen there, BadConfig for a bad file, BadValue without an endpoint, ExtraMissing.
     """
     from canwire.hub.links.network.access import Access, load
+    from canwire.hub.links.network.session.ending import closing
     from canwire.hub.links.network.session.settings import for_router, open_for_hub
 
     if isinstance(listen, str) or not listen:
         raise BadValue(f"listen {listen!r}: one endpoint or more, such as ['tcp/192.168.1.5:7447']")
     users = load(Access, access)
-    with contextlib.closing(open_for_hub(for_router(tuple(listen), users), users)):
+    with closing(open_for_hub(for_router(tuple(listen), users), users)):
         if ready is not None:
             ready()
         while not stop.wait(_LOOK_AGAIN_S):
@@ -136,7 +137,8 @@ def offered_hubs(endpoint: str = "tcp/localhost:7449", realm: str = "*") -> list
     """
     from canwire.hub.links.network.access import usual_login
     from canwire.hub.links.network.discovery import offers_in
+    from canwire.hub.links.network.session.ending import closing
     from canwire.hub.links.network.session.settings import for_client, open_for_client
 
-    with contextlib.closing(open_for_client(for_client(endpoint, usual_login()))) as session:
+    with closing(open_for_client(for_client(endpoint, usual_login()))) as session:
         return offers_in(session, realm)

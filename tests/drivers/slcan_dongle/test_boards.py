@@ -33,6 +33,7 @@ from canwire import (
 from canwire.boards.config.configuration import Config
 from canwire.drivers.outside import Trouble
 from canwire.drivers.slcan_dongle import driver, link, session
+from canwire.drivers.slcan_dongle.conversation import Conversation
 from canwire.drivers.slcan_dongle.driver import SlcanDriver
 from canwire.platform import wait_readable
 from canwire.values.frame import record_to_send
@@ -191,7 +192,7 @@ def test_one_is_found_by_its_own_number(
     mute = FakeDongle(tmp_path / "mute", lambda line: None)
     listed = [(str(one.link), "") for one in (dongle, other, mute)]
     monkeypatch.setattr(link, "listed_ports", lambda: listed)
-    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=0.2"))
+    program = Program(hub, hub.plug("slcan", port="?serial=A123&timeout=1"))
     program.control.start()
 
     assert not [one for one in program.wait(on_bus) if is_event(one, EventKind.ERROR)]
@@ -298,7 +299,7 @@ def test_another_adapter_in_its_place_is_left_alone(hub: Hub, dongle: FakeDongle
 def test_late_wrong_and_missing_answers_are_one_event_each(
     hub: Hub, dongle: FakeDongle, answer: bytes | None
 ) -> None:
-    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.5"))).start()
+    program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=1"))).start()
     bad = [answer]
     dongle.answer = lambda line: bad.pop() if line[:1] == b"t" and bad else usual(line)
     program.send(Frame(0x1), Frame(0x2))
@@ -312,7 +313,16 @@ def test_late_wrong_and_missing_answers_are_one_event_each(
 
 @pytest.mark.realtime
 @pytest.mark.usefixtures("impatient")
-def test_an_adapter_that_never_answers_hangs_nothing(hub: Hub, dongle: FakeDongle) -> None:
+def test_an_adapter_that_never_answers_hangs_nothing(
+    hub: Hub, dongle: FakeDongle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    conversations: list[Conversation] = []
+
+    def made(*arguments: Any) -> Conversation:
+        conversations.append(Conversation(*arguments))
+        return conversations[-1]
+
+    monkeypatch.setattr(driver, "Conversation", made)
     dongle.answer = lambda line: None
     program = Program(hub, hub.plug("slcan", port=port_of(dongle, "?timeout=0.1")))
     program.control.start()
@@ -320,6 +330,7 @@ def test_an_adapter_that_never_answers_hangs_nothing(hub: Hub, dongle: FakeDongl
 
     program.wait(trouble(Trouble.NO_ANSWER))
     dongle.wait_for(b"V", 6)  # it is asked again, by a port opened anew
+    conversations[-1]._answer_ns = 5 * 10**9  # from here on answers may be late
     dongle.answer = usual
     found = program.wait(on_bus)
     assert not [one for one in found if is_event(one, EventKind.ERROR)]

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,7 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.bridge import Bridge
 from canwire.hub.links.network.client import NetworkLink
-from canwire.hub.links.network.session.settings import Patience
+from canwire.hub.links.network.session.settings import Patience, load_zenoh
 from canwire.hub.offer import offered_hubs
 from canwire.hub.protocol import messages as m
 from tests.hub.links.network.places import (
@@ -85,6 +86,27 @@ def numbers(receiver: HubChannel, count: int) -> list[int]:
         assert frame is not None, f"{len(found)} of {count} came"
         found.append(int.from_bytes(frame.data, "big"))
     return found
+
+
+class Cut:
+    """A session of Zenoh's that cannot say goodbye."""
+
+    def __init__(self, session: Any) -> None:
+        self._session = session
+
+    def close(self) -> None:
+        self._session.close()
+        raise load_zenoh().ZError("close operation timed out!")
+
+
+def test_a_program_closes_its_hub_while_the_network_is_cut(place: Place) -> None:
+    """A minute of the bench of three machines: `canwire record` ended with a traceback, and kept its descriptors."""
+    hub = elsewhere(place.address)
+    link = hub._link
+    assert isinstance(link, NetworkLink)
+    link._session = Cut(link._session)
+    hub.close()
+    assert link._doorbell._closed  # type: ignore[attr-defined]
 
 
 @pytest.mark.conforms("N-30")

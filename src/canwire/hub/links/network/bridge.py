@@ -19,6 +19,7 @@ from canwire.hub.links.network.guest import Guest
 from canwire.hub.links.network.offered import Offered
 from canwire.hub.links.network.relay.at_hub import RelaysAtHub
 from canwire.hub.links.network.session.callback import direct
+from canwire.hub.links.network.session.ending import close as close_session
 from canwire.hub.links.network.session.sending import sender
 from canwire.hub.links.network.session.settings import (
     check_reach,
@@ -123,7 +124,7 @@ class Bridge:
             self._leave(client)
         if self._relays is not None:
             self._relays.close()
-        self._session.close()
+        close_session(self._session)
         self._own.close()
         self._stopping.close()
 

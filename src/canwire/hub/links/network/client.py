@@ -27,6 +27,7 @@ from canwire.hub.links.network.lockstep.stirs import OutgoingStirs
 from canwire.hub.links.network.notes import IncomingNotes
 from canwire.hub.links.network.pump import Pump
 from canwire.hub.links.network.session.callback import direct
+from canwire.hub.links.network.session.ending import close as close_session
 from canwire.hub.links.network.session.sending import sender
 from canwire.hub.links.network.session.settings import Patience, for_client, load_zenoh, open_for_client
 from canwire.hub.links.notices import Notices
@@ -77,7 +78,7 @@ class NetworkLink:
         try:
             self._offer = find(self._session, place, address)
         except BaseException:
-            self._session.close()
+            close_session(self._session)
             raise
         self.time = self._offer.time
         self._doorbell = EventDescriptor(shared=True)
@@ -162,7 +163,7 @@ class NetworkLink:
             if self._timed:  # others wait for this program
                 self._send(wire.farewell("it was closed"))
         self._pump.close()
-        self._session.close()  # the token goes with it, and tells the hub
+        close_session(self._session)  # the token goes with it, and tells the hub
         self._copies.close()
         self._doorbell.close()
 
