@@ -146,9 +146,9 @@ class EventQueue:
         """The type of the oldest event, which stays in the queue (WaitCommEvent); 0 if the queue is empty."""
         return self._events[0][0] if self._events else 0
 
-    def first(self) -> Event | None:
-        """The oldest event, which stays in the queue; None if the queue is empty."""
-        return self._events[0] if self._events else None
+    def put_back(self, event: Event) -> None:
+        """Make an event that `pop` returned the oldest one again."""
+        self._events.appendleft(event)
 
     def clear(self) -> None:
         """Delete all events and the count of lost ones, so that the queue is as in a new receive channel."""

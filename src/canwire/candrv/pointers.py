@@ -39,8 +39,8 @@ def taken(buffer: Any, count: int) -> bytes:
 
 def room_in(buffer: Any, count: int, *, written: bool = True) -> int:
     """`count`, if the buffer has that many bytes and, if it is `written`, is writable; raises CandrvError otherwise."""
-    if type(buffer) is bytearray:
-        return _checked(count, len(buffer))
+    if type(buffer) is bytearray and 0 <= count <= len(buffer):
+        return count
     target = _pointed_at(buffer)
     if target is None:
         return _checked(count, 0)

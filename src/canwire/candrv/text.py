@@ -175,19 +175,21 @@ WORDS = {
 _WORD_OF = {int(event): word for event, word in WORDS.items()}
 _EVENT_OF = {word: event for event, word in _WORD_OF.items()}
 _RECEIVED = int(CanbusEvent.RECEIVED)
-_MESSAGES = {_RECEIVED, int(CanbusEvent.TRANSMITTED), int(CanbusEvent.ABORTED)}
+_MESSAGES = {  # with %, which is a fifth quicker than an f-string
+    kind: _WORD_OF[kind] + "\t%d:%d\t%08x\t%d\t%d\r\n%s%s"
+    for kind in (_RECEIVED, int(CanbusEvent.TRANSMITTED), int(CanbusEvent.ABORTED))
+}
 
 
 def format_event(event: Event) -> bytes:
     """The event as ReadFile returns it: ASCII, ended by a line feed."""
     kind, time, lost, _, identifier, rtr, dlc, data = event
-    word = _WORD_OF.get(kind) or f"unknown event {kind}"
     if kind not in _MESSAGES:
+        word = _WORD_OF.get(kind) or f"unknown event {kind}"
         return f"{word}\t{time >> 32}:{time & DWORD}\n".encode()
     shown = "\t" + data.hex("\t") if data else ""
     end = f"\t{lost}\n" if kind == _RECEIVED else "\n"
-    head = f"{word}\t{time >> 32}:{time & DWORD}\t{identifier:08x}\t{rtr}\t{dlc}\r\n"
-    return f"{head}{shown}{end}".encode()
+    return (_MESSAGES[kind] % (time >> 32, time & DWORD, identifier, rtr, dlc, shown, end)).encode()
 
 
 _UNKNOWN = re.compile(r"unknown event ([0-9]{1,10})")

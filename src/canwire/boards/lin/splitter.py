@@ -51,9 +51,10 @@ class LinSplitter(LinEar):
         self._hearing_own = [monitor.queue for monitor in hearing if monitor.mode.own]
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
-        for free, put in self._hearing:
-            put(record if free() != 1 else marked(record))
+        if self._hearing:
+            record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
+            for free, put in self._hearing:
+                put(record if free() != 1 else marked(record))
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
         if self._hearing_own:

@@ -24,9 +24,9 @@ cdef class CanBus(BusState):
     cdef public object scripted
     cdef int _acknowledgers, _listeners
     cdef unsigned long long _next_ns
-    cdef long long _noise_taken
+    cdef long long _noise_taken, _early_ps
     cdef int _slot
-    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _early, _flag_passive
+    cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
     cdef list _members
 
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)

@@ -47,14 +47,11 @@ class CanBus(BusState):
         self.scripted: Callable[[Mailbox], bool] | None = None
         self._next_ns = 0
         self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged
-        self._sleeping = self._early = False
-        self._acknowledged = False
+        self._sleeping = self._waiting = self._acknowledged = False
         self._members: list[Node] = []
         self._in_step = self._in_step_fd = self._in_step_switching = True
-        self._acknowledgers = 0
-        self._listeners = 0
-        self._waiting = False
-        self._noise_taken = 0
+        self._acknowledgers = self._listeners = self._noise_taken = 0
+        self._early_ps = 0  # first sample point of the nodes that store a frame before its end; 0: none do
         timeline.add(self)
 
     def attach(self, node: Node) -> None:
@@ -87,11 +84,10 @@ class CanBus(BusState):
         members = []
         waiting = []
         self._acknowledgers = self._listeners = 0
-        self._sleeping = self._early = False
+        self._sleeping = False
         for node in self.nodes:
             if node.on_bus:
                 members.append(node)
-                self._early = self._early or node.validates_early
                 if node.listen_only:
                     self._listeners += 1
                 else:
@@ -102,6 +98,7 @@ class CanBus(BusState):
                 self._sleeping = True
         self._link(members)
         self._waiting = bool(waiting)
+        self._early_ps = min([node.sample_ps for node in members if node.validates_early], default=0)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
         self._in_step, self._in_step_fd, self._in_step_switching = in_step(members, waiting, self.delay_ps)
         if self._state == _BITWISE:
@@ -328,9 +325,12 @@ class CanBus(BusState):
             self._enter_bitwise()
         else:
             self._time_frame()
-            if tainted or self._early or (keen and rivals > 1):
+            if tainted or (keen and rivals > 1):
                 self._contend()
                 self._next_ns = self._look_inside().next_ns(self._end_ns, self._acknowledged)
+            elif self._early_ps and self._acknowledged:
+                self._contend()
+                self._next_ns = start_ns + (self._end_ps - 2 * sender.bit_ps + self._early_ps) // 1000
             elif self._end_ns > limit_ns or not self._acknowledged or self.timeline.interrupted:
                 self._contend()
         return True
@@ -381,8 +381,8 @@ class CanBus(BusState):
 
     def _happen(self) -> None:
         """Process an event in the middle of the frame that a node notices."""
-        inside = self._inside  # which knows the frame since it began
-        inside.first, inside.over = self._first, False
+        inside = self._look_inside()
+        inside.over = False
         soonest = inside.happen(self.timeline.now_ns, self._end_ns, self._acknowledged)
         if self._state == _SENDING:
             self._next_ns = soonest

@@ -18,7 +18,7 @@ cdef class SteppedFrame:
     cdef int take(self, unsigned long long start_ns, long long lead_ps, long long end_ps, Node sender, Mailbox box) except -1
     @cython.locals(soonest="unsigned long long", node=Node, box=Mailbox)
     cdef unsigned long long next_ns(self, unsigned long long end_ns, bint acknowledged) except? 0
-    @cython.locals(soonest="unsigned long long", due="unsigned long long", node=Node, box=Mailbox)
+    @cython.locals(soonest="unsigned long long", due="unsigned long long", sender=Node, node=Node, box=Mailbox)
     cdef unsigned long long happen(self, unsigned long long now_ns, unsigned long long end_ns, bint acknowledged) except? 0
     @cython.locals(box=Mailbox)
     cdef void catch_up(self, Node node, unsigned long long now_ns) except *

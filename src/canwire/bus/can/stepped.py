@@ -68,31 +68,33 @@ class SteppedFrame:
         Returns when the next event is due, as `next_ns`, unless a call changed the bus to the bit level (`over`).
         """
         soonest = due = end_ns
+        sender = self.sender
         node = self.first
         while node is not None:
-            box = node.contending
-            if box is not None and node is not self.sender and (node.attentive or box.single_shot):
-                due = self._loses_ns(node, box)
-                if due <= now_ns:
-                    self._lose(node, box)
-                else:
-                    soonest = min(soonest, due)
-            if acknowledged and not self.over and self._is_to_count(node):
-                due = self._acknowledges_ns(node)
-                if due <= now_ns:
-                    node.counted_ns = self.start_ns
-                    node.count(_RECEIVED, now_ns)
-                else:
-                    soonest = min(soonest, due)
-            if acknowledged and not self.over and self._is_to_store(node):
-                due = self._valid_ns(node)
-                if due <= now_ns:
-                    node.stored_ns = self.start_ns
-                    node.received(self.box, now_ns)
-                else:
-                    soonest = min(soonest, due)
-            if self.over:
-                return end_ns
+            if node is not sender:
+                box = node.contending
+                if box is not None and (node.attentive or box.single_shot):
+                    due = self._loses_ns(node, box)
+                    if due <= now_ns:
+                        self._lose(node, box)
+                    else:
+                        soonest = min(soonest, due)
+                if acknowledged and not self.over and self._is_to_count(node):
+                    due = self._acknowledges_ns(node)
+                    if due <= now_ns:
+                        node.counted_ns = self.start_ns
+                        node.count(_RECEIVED, now_ns)
+                    else:
+                        soonest = min(soonest, due)
+                if acknowledged and not self.over and self._is_to_store(node):
+                    due = self._valid_ns(node)
+                    if due <= now_ns:
+                        node.stored_ns = self.start_ns
+                        node.received(self.box, now_ns)
+                    else:
+                        soonest = min(soonest, due)
+                if self.over:
+                    return end_ns
             node = node.next_member
         return soonest
 

@@ -194,8 +194,14 @@ class LinBus(LinMedium):
 
     def _foreseen(self, id: int) -> LinResponse | None:
         """The response to this identifier, if exactly one node has one; else None."""
-        found = [node.responses[id] for node in self._members if node.responses[id] is not None]
-        return found[0] if len(found) == 1 else None
+        found = None
+        for node in self._members:
+            response = node.responses[id]
+            if response is not None:
+                if found is not None:
+                    return None
+                found = response
+        return found
 
     def run(self, limit_ns: int) -> None:
         timeline = self.timeline

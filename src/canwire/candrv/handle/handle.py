@@ -88,17 +88,17 @@ class Handle(Controls):
         channel = self._channel
         with channel.lock:
             self._look(channel)
-            event = queue.first()
+            event = queue.pop()
             if event is None:
                 self._await(channel)
-                event = queue.first()
+                event = queue.pop()
             assert event is not None
             text = format_event(event)
             if size is not None and len(text) > size:
+                queue.put_back(event)
                 raise CandrvError(
                     Win32Error.ERROR_INSUFFICIENT_BUFFER, f"the event needs {len(text)} bytes, not {size}"
                 )
-            queue.pop()
         return text
 
     def wait_comm_event(self, timeout: float | None = None) -> int:

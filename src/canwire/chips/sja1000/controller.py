@@ -39,7 +39,7 @@ _WRITE_MODE, _WRITE_CONTROL, _WRITE_COMMAND = codes.WRITE_MODE, codes.WRITE_CONT
 _WRITE_IER, _WRITE_RXERR, _WRITE_TXERR = codes.WRITE_IER, codes.WRITE_RXERR, codes.WRITE_TXERR
 _WRITE_RBSA, _WRITE_CDR = codes.WRITE_RBSA, codes.WRITE_CDR
 _MOD, _SR, _IER, _ALC, _ECC = names.MOD, names.SR, names.IER, names.ALC, names.ECC
-_OCR, _CDR, _TX_RAM = names.OCR, names.CDR, names.TX_RAM
+_OCR, _CDR, _TX_RAM, _RX_FIFO = names.OCR, names.CDR, names.TX_RAM, names.RX_FIFO
 _RM, _SM = names.MOD_RM, names.MOD_SM
 _TR, _AT, _RRB, _CDO, _SRR = names.CMR_TR, names.CMR_AT, names.CMR_RRB, names.CMR_CDO, names.CMR_SRR
 _RBS, _DOS, _TBS, _RS, _TS, _BS = (
@@ -136,7 +136,7 @@ class Sja1000(Modes):
 
     def _look_at(self, code: int) -> int:
         if code >= _WINDOW:
-            return self.cells[self.fifo.cell(code - _WINDOW)]
+            return self.cells[self._window(code)]
         if code == _READ_STATUS:
             return self._status()
         if code == _READ_INTERRUPT:
@@ -150,6 +150,10 @@ class Sja1000(Modes):
         if code == _READ_TXERR:
             return self._txerr()
         return self.cells[_ALC if code == _READ_ALC else _ECC]
+
+    def _window(self, code: int) -> int:
+        """The cell of a byte of the receive window."""
+        return _RX_FIFO + ((self.fifo.start + code - _WINDOW) & 63)
 
     def _status(self) -> int:
         value = self.cells[_SR]
@@ -180,7 +184,7 @@ class Sja1000(Modes):
         elif code == _WRITE_RBSA:
             self.fifo.clear(value)
         elif code >= _WINDOW:
-            self.cells[self.fifo.cell(code - _WINDOW)] = value
+            self.cells[self._window(code)] = value
 
     def _write_txerr(self, value: int) -> None:
         self.confinement.tec = value

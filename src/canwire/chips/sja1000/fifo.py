@@ -27,39 +27,36 @@ class ReceiveFifo:
         self._cells = cells
         self._sizes = bytearray(_SIZE)
         self._first = 0  # in `_sizes`, of the first message
-        self._message = bytearray(16)
+        self._first_bytes = 0  # of the message composed last, up to its data, the first one lowest
+        self._lead = 0  # how many these are
+        self._data = 0
         self._size = 0
 
     def compose(self, words: _mem.Words, pelican: bool) -> None:
         """Lay out the frame of a record in the form of the receive window."""
-        message = self._message
         head = words[1]
         info = head >> 32
         identifier = head & 0x1FFFFFFF
         dlc = info >> 16 & 15
         remote = 1 if info & _REMOTE else 0
-        length = 0 if remote else dlc if dlc < 8 else 8
         if not pelican:
-            message[0] = identifier >> 3 & 0xFF
-            message[1] = (identifier & 7) << 5 | remote << 4 | dlc
-            at = 2
+            first = identifier >> 3 & 0xFF
+            first |= (identifier & 7) << 13 | remote << 12 | dlc << 8
+            self._lead = 2
         elif info & _EXTENDED:
-            message[0] = 0x80 | remote << 6 | dlc
-            message[1] = identifier >> 21 & 0xFF
-            message[2] = identifier >> 13 & 0xFF
-            message[3] = identifier >> 5 & 0xFF
-            message[4] = (identifier & 31) << 3 | remote << 2
-            at = 5
+            first = identifier >> 13 & 0xFF
+            first = first << 8 | (identifier >> 21 & 0xFF)
+            first = first << 8 | 0x80 | remote << 6 | dlc
+            rest = (identifier & 31) << 11 | remote << 10 | (identifier >> 5 & 0xFF)
+            first |= rest << 24
+            self._lead = 5
         else:
-            message[0] = remote << 6 | dlc
-            message[1] = identifier >> 3 & 0xFF
-            message[2] = (identifier & 7) << 5 | remote << 4
-            at = 3
-        data = words[2]
-        for k in range(length):
-            message[at + k] = data & 255
-            data >>= 8
-        self._size = at + length
+            first = (identifier & 7) << 13 | remote << 12 | (identifier >> 3 & 0xFF)
+            first = first << 8 | remote << 6 | dlc
+            self._lead = 3
+        self._first_bytes = first
+        self._data = words[2]
+        self._size = self._lead + (0 if remote else dlc if dlc < 8 else 8)
 
     def store(self) -> bool:
         """Store the message composed last; False if it does not fit."""
@@ -91,12 +88,12 @@ class ReceiveFifo:
         self.start = start & 63
         self.count = self.used = 0
 
-    def cell(self, offset: int) -> int:
-        """The address of a byte of the receive window."""
-        return _BASE + ((self.start + offset) & 63)
-
     def _write(self, size: int) -> None:
-        cells, message = self._cells, self._message
+        cells, base, lead = self._cells, _BASE, self._lead
         at = self.start + self.used
+        bytes_left = self._first_bytes
         for k in range(size):
-            cells[_BASE + ((at + k) & 63)] = message[k]
+            if k == lead:
+                bytes_left = self._data
+            cells[base + ((at + k) & 63)] = bytes_left & 255
+            bytes_left >>= 8

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The SJA1000's acceptance filter: BasicCAN's, and PeliCAN's single and dual one.
 
 Source: data sheet 6.3.9, 6.4.15; reference/sja1000.md section 9.

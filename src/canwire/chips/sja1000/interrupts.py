@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The SJA1000's interrupt register and its INT pin.
 
 Bits are PeliCAN's; BasicCAN has the lower five of them. Source: data sheet 6.3.6, 6.4.6, 6.4.7; reference/sja1000.md

@@ -41,7 +41,7 @@ cdef class BusSide(Node):
     cdef int _settle(self) except -1
     @cython.locals(status=int, offer=Mailbox, box=Mailbox, bus=Bus)
     cdef void _request(self, bint self_reception, bint single_shot) except *
-    @cython.locals(cells=bytearray, at=int, first="unsigned int", second="unsigned int", remote="unsigned int",
+    @cython.locals(cells="unsigned char *", at=int, first="unsigned int", second="unsigned int", remote="unsigned int",
                    info="unsigned int", identifier="unsigned int", dlc="unsigned int", length=int,
                    head="unsigned long long", data="unsigned long long", octet="unsigned long long", k=int)
     cdef int _compose(self, unsigned long long *words) except -1
