@@ -14,7 +14,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,14 +28,18 @@ from canwire import (
     Frame,
     Hub,
     HubChannel,
+    HubError,
     HubLost,
     InUse,
     LineMode,
     connect,
     serve,
 )
+from canwire.hub import serve as hub_serve
+from canwire.hub.owner.engine import Engine
 from canwire.platform import PORTABLE
 from tests.hubs import status_of
+from tests.missing import not_on_windows
 
 AGES = 60.0  # seconds; only a broken build waits that long
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)  # Windows ends processes so by any signal
@@ -364,3 +370,39 @@ def test_a_killed_client_loses_what_it_held(start: Serve, number: signal.Signals
         until(lambda: not hub.line_status(board, 0).control_holder)
         for opened in opens:
             opened()
+
+
+def test_an_engine_that_stops_by_itself_ends_the_hub_with_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engines: list[Engine] = []
+    made = hub_serve._engine
+
+    def kept(*arguments: Any) -> Engine:
+        engines.append(made(*arguments))
+        return engines[0]
+
+    monkeypatch.setattr(hub_serve, "_engine", kept)
+    with pytest.raises(HubError, match="the hub's engine stopped"), closing(Event()) as stop:
+        serve(str(tmp_path / "s"), ready=lambda _: engines[0].close(), stop=stop)
+
+
+@not_on_windows("has no limit of descriptors")
+def test_a_hub_may_open_as_many_descriptors_as_the_system_allows(tmp_path: Path) -> None:
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    fewer = min(soft, 1024) - 1
+    seen: list[int] = []
+    resource.setrlimit(resource.RLIMIT_NOFILE, (fewer, hard))
+    try:
+        with closing(Event()) as stop:
+            stop.set()
+            serve(
+                str(tmp_path / "s"),
+                ready=lambda _: seen.append(resource.getrlimit(resource.RLIMIT_NOFILE)[0]),
+                stop=stop,
+            )
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert seen[0] > fewer

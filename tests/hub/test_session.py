@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from canwire import (
     BitTiming,
     BusEvent,
     CanwireError,
+    ChannelStatus,
     Closed,
     ErrorKind,
     ErrorState,
@@ -1440,3 +1442,16 @@ def test_a_closed_hub_raises_and_closes_twice(bench: Bench, hub: Hub) -> None:
         hub.boards()
     with pytest.raises(Closed):
         channel.receive()
+
+
+def test_a_channel_that_is_not_set_up_has_counted_nothing(hub: Hub) -> None:
+    with hub.open_channel(hub.boards()[0].id, 0) as channel:
+        assert channel.status() == ChannelStatus(False, 0, 0, 0, 0, 0, 0, 0)
+
+
+def test_an_event_has_the_clock_of_what_it_is_assigned_to(bench: Bench, hub: Hub) -> None:
+    channel = bench.channel(hub)
+    hub.run_for(1.5)
+    with closing(Event()) as event:
+        channel.reading.assign(event)
+        assert event.clock_s() == hub.clock_s() == 1.5

@@ -15,6 +15,7 @@ from canwire import (
     BadTiming,
     BadValue,
     BitTiming,
+    ChannelMode,
     Closed,
     ErrorState,
     EventKind,
@@ -22,6 +23,7 @@ from canwire import (
     Lab,
     LabBus,
     LabNode,
+    LineMode,
     NodeScript,
     NotIdle,
     NotReceived,
@@ -253,6 +255,22 @@ def test_receive_with_a_timeout_goes_exactly_to_the_arrival(lab: Lab, can_bus: L
     assert lab.now_ns == C04_NS + 6_000 + C08_NS
     assert b.receive(timeout=0.25) is None
     assert lab.now_ns == C04_NS + 6_000 + C08_NS + 250_000_000
+
+
+def test_each_wait_lets_programs_of_the_labs_hub_send(lab: Lab, can_bus: LabBus) -> None:
+    node, hub = can_bus.node("node"), lab.hub()
+    board = hub.plug("usb-to-can", buses=(can_bus.name, ""))
+    control = hub.open_control(board.id, 0)
+    control.initialise(LineMode(BitTiming.for_bit_rate(500_000, clock_hz=8_000_000)))
+    control.start()
+    channel = hub.open_channel(board.id, 0)
+    channel.set_up(ChannelMode(16, 16))
+    channel.activate()
+    for id in range(4):
+        channel.send(Frame(id))
+        heard = node.receive(1.0)
+        assert heard is not None
+        assert heard.id == id
 
 
 def test_receive_takes_what_is_there_without_passing_time(lab: Lab, can_bus: LabBus) -> None:

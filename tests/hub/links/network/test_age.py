@@ -12,6 +12,7 @@ from canwire.hub.links.network import wire
 from canwire.hub.links.network.calls import answered_in, asked_in, encode
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.cuts.age import Age, OtherClock
+from canwire.hub.links.network.cuts.late import Late
 from canwire.hub.links.network.incoming import Incoming
 from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.offered import Offered
@@ -159,3 +160,18 @@ def test_a_repetition_that_comes_after_the_next_call_is_not_carried_out(place: P
         _, _, failed = m.decode_reply(answered_in(answers[0]).reply)
         assert isinstance(failed, m.Failed)
         assert "answered already" in failed.text
+
+
+def test_the_oldest_frame_of_each_report() -> None:
+    said: list[str] = []
+    late = Late(0.1, said.append)
+    late.frames(2, 0.4)
+    late.frames(1, 0.2)
+    late.tell()
+    late.tell()
+    late.frames(1, 0.3)
+    late.tell()
+    assert said == [
+        f"{count} frames came after {age} s, and are not sent beyond 0.1 s"
+        for count, age in ((3, 0.4), (1, 0.3))
+    ]

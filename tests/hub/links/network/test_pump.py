@@ -1,4 +1,4 @@
-"""Who waits for records that are on their way is woken by them."""
+"""Who waits for records that are on their way is woken by them; what has arrived is kept no longer."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.incoming import Incoming
+from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.network.wire import Report
 from canwire.ring import RECORD_SIZE, Ring
 
 _ASKED = 2  # by a thread that is about to wait: before it takes the lock, and with it
@@ -41,3 +43,17 @@ def test_arriving_records_wake_who_awaits_them() -> None:
             assert arrived.result(30)
         finally:
             pump.close()
+
+
+def test_a_report_confirms_notices() -> None:
+    sent: list[bytes] = []
+    pump, notes = Pump(sent.append), OutgoingNotes()
+    pump.add(notes)
+    try:
+        notes.add(b"unplugged")
+        pump.flush()
+        assert (len(sent) > 0, notes.unconfirmed) == (True, True)
+        pump.take(wire.reports([Report(notes.number, 1, 1, again=False)]))
+        assert not notes.unconfirmed
+    finally:
+        pump.close()
