@@ -55,6 +55,14 @@ def opened(closing: ExitStack, address: str, channel: str = "can0", **arguments:
     return bus
 
 
+def stop(process: int) -> None:
+    """No thread of it takes anything any more."""
+    os.kill(process, signal.SIGSTOP)
+    threads = list(Path(f"/proc/{process}/task").iterdir())
+    while any(") T " not in (thread / "stat").read_text() for thread in threads):
+        pass
+
+
 def until(happened: Callable[[], bool], bus: CanwireBus) -> None:
     """Receive until something is so."""
     for _ in range(100 * LONG):
@@ -82,7 +90,7 @@ def test_a_hub_that_was_killed_and_started_again(
         closing.callback(can.Notifier(bus, [heard], timeout=0.05).stop)
         task = other.send_periodic(message(0x111), 0.01)
         heard.await_id(0x111)
-        os.kill(process.pid, signal.SIGSTOP)
+        stop(process.pid)
         for k in range(5):
             bus.send(message(0x150 + k))
         process.kill()

@@ -11,7 +11,7 @@ from weakref import WeakMethod, WeakSet
 
 import can
 
-from canwire import Absence, BadValue, CanwireError, Event, Hub, HubLost, Unplugged
+from canwire import Absence, BadValue, CanwireError, Closed, Event, Hub, HubLost, Unplugged
 from canwire.python_can.hubs import HUBS
 from canwire.python_can.opened import Opened, Wish
 
@@ -76,7 +76,7 @@ class Returning:
     def receive(self, timeout: float | None) -> can.Message | None:
         """As Receiver.receive, but it waits while the hub is away."""
         end_s = None if timeout is None else time.monotonic() + timeout
-        left_s = timeout
+        left_s, waited = timeout, False
         while True:
             receiver = self._opened.receiver
             try:
@@ -84,6 +84,10 @@ class Returning:
             except (HubLost, Unplugged):
                 message = None
                 self._look.set()
+            except Closed:
+                if not waited:
+                    raise
+                return None  # it was shut down meanwhile
             if end_s is not None:
                 left_s = max(0.0, end_s - time.monotonic())
             if message is not None or self._closed or left_s == 0:
@@ -95,6 +99,7 @@ class Returning:
 
             with self._changed:
                 self._changed.wait_for(changed, left_s)
+            waited = True
 
     def keep(self, task: HubTask) -> HubTask:
         """The same periodic task; it continues after an absence."""
