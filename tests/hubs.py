@@ -102,9 +102,9 @@ def connected(engine: Engine, name: str = "program") -> canwire.Hub:
 
 
 @contextmanager
-def offering(hub: str, *options: str) -> Iterator[Served]:
+def offering(hub: str, *options: str, port: int = 0) -> Iterator[Served]:
     """`canwire offer` for the hub of that socket, on a port of its own of this machine's loopback: address, process."""
-    port = free_port()
+    port = port or free_port()
     command = [sys.executable, "-m", "canwire", "offer", "--hub", hub, "--realm", "tests", "--name", "bench"]
     command += ["--age", "0"]  # a busy machine takes its time
     process = warm.Popen(

@@ -37,7 +37,7 @@ WrongState
 connect default_address frame_of_record in_time kind_names serve signals_end_waits WireField wire_fields
 RateConflict RunningLine TimingConflict bus_conflicts rate_conflicts conflicts_on format_setter state_directory
 LinNodeAttributes LinProduct LinSlaveConfiguration NodeTiming TimingCheck timing_checks timing_findings
-LinePlace WantedMode bring_up every_line find_lines format_rates start_line
+Absence LinePlace WantedMode bring_up every_line find_lines format_rates start_line
 Acceptance BadFilter BadFrame BadText BadTiming BadValue BitLayout BitTiming BusEvent BusOff
 CanwireError Closed ErrorKind ErrorState EventKind ExtraMissing FIELDS Frame Lab LabBus LabNode
 LineError LogLine NON_ISO NodeScript NotIdle NotReceived NotTransmitted QueueFull TimingLimits

@@ -154,6 +154,7 @@ HUB_MAY = {
 }
 HUB_ON_TOP = {  # what stands in no room of the hub
     "hub",
+    "hub.absence",
     "hub.bring_up",
     "hub.conflicts",
     "hub.connect",
@@ -181,7 +182,7 @@ BUS_SEAMS = {"bus.can.node", "bus.lin.node", "bus.medium"}  # the last: lengths 
 FILES = 20  # of a folder's own
 LINES = 300
 LONGEST = 500
-DOOR_LINES = 650  # three lines for every public name
+DOOR_LINES = 653  # three lines for every public name
 LONG = {  # files that need more than 300 lines; nothing needs more than 500
     "__init__.py",  # a table: all that is public
     "boards/can/connector.py",

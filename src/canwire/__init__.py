@@ -117,6 +117,7 @@ if TYPE_CHECKING:  # what the table below says to the interpreter
     from canwire.errors import LimitReached
     from canwire.gateway.gateway import Gateway
     from canwire.gateway.rules import GatewayCounts, GatewayRules
+    from canwire.hub.absence import Absence
     from canwire.hub.bring_up import bring_up, start_line
     from canwire.hub.conflicts import conflicts_on
     from canwire.hub.connect import connect
@@ -268,6 +269,7 @@ _NAMES = {
     "drivers.lin_driver": "LinCounters",
     "gateway.gateway": "Gateway",
     "gateway.rules": "GatewayCounts GatewayRules",
+    "hub.absence": "Absence",
     "hub.bring_up": "bring_up start_line",
     "hub.conflicts": "conflicts_on",
     "hub.connect": "connect",
@@ -402,6 +404,7 @@ __all__ = [
     "SELF_RECEPTION",
     "SINGLE_SHOT",
     "TYPE_MASK",
+    "Absence",
     "Acceptance",
     "BadConfig",
     "BadDescription",

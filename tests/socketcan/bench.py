@@ -75,6 +75,10 @@ class Bench:
         self._served.process.terminate()
         self._served.process.wait(LONG_S)
 
+    def kill_hub(self) -> None:
+        self._served.process.kill()
+        self._served.process.wait(LONG_S)
+
     def channels(self) -> int:
         """Of all CAN lines together."""
         return sum(place.status(self.hub).channels for place in canwire.every_line(self.hub, "CAN"))

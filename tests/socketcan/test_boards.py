@@ -101,7 +101,7 @@ def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
 def test_a_table_that_is_full_names_who_has_no_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An IndexError was swallowed."""
     monkeypatch.setattr("canwire.socketcan.table.MOST_INTERFACES", 3)
-    monkeypatch.setattr("canwire.socketcan.server.MOST_INTERFACES", 3)
+    monkeypatch.setattr("canwire.socketcan.boards.boards.MOST_INTERFACES", 3)
     said: list[str] = []
     with canwire.connect(time="virtual") as hub:
         server = Server(hub, str(tmp_path), library(), {}, WantedMode(), 0, said.append)

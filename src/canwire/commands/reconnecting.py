@@ -6,15 +6,12 @@ Verbs that watch do so by default when the hub is gone; with `--reconnect` itsel
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable
 from contextlib import closing
 
 import canwire
-from canwire import BadValue, HubError, HubLost, NoSuchBoard
+from canwire import Absence, BadValue, HubError, HubLost, NoSuchBoard
 from canwire.commands.console import complain
-
-_FIRST_S, _LONGEST_S = 0.1, 2.0  # before it tries again
 
 
 def add_reconnect_argument(parser: argparse._ActionsContainer, *, usual: bool = False) -> None:
@@ -43,33 +40,28 @@ def not_if(arguments: argparse.Namespace, starts_again: bool, what: str) -> None
 class Watch:
     """Records when the hub was connected. A verb's arguments contain it as `watch`; `connected` notifies it."""
 
-    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._clock_s = clock_s
-        self._lost_s: float | None = None
-        self._told = ""
+    def __init__(self) -> None:
+        self.absence = Absence()
         self.known = False
         self.lines: dict[str, tuple[str, frozenset[str]]] = {}  # same_lines.py
 
     def found(self) -> None:
         """Record that the hub is connected; print how long it was not."""
-        if self._lost_s is not None:
-            away_s = self._clock_s() - self._lost_s
+        away_s = self.absence.end()
+        if away_s is not None:
             complain(
                 f"connected again; the {away_s:.1f} s before were missed, and what other programs sent in them"
             )
-        self._lost_s, self._told, self.known = None, "", True
+        self.known = True
 
     @property
     def there(self) -> bool:
         """True while the hub is connected."""
-        return self.known and self._lost_s is None
+        return self.known and not self.absence.lasts
 
     def lost(self, error: HubError | NoSuchBoard) -> None:
         """Record that the hub is lost, or not back yet; print the reason if it differs from the previous one."""
-        if self._lost_s is None:
-            self._lost_s = self._clock_s()
-        if str(error) != self._told:
-            self._told = str(error)
+        if self.absence.failed(error):
             complain(f"{error}; trying again")
 
 
@@ -81,7 +73,6 @@ def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace],
     if arguments.reconnect is False:
         return work(arguments)
     watch = arguments.watch = Watch()
-    pause_s = _FIRST_S
     with closing(canwire.Event()) as never:
         while True:
             try:
@@ -90,8 +81,5 @@ def going_on(arguments: argparse.Namespace, work: Callable[[argparse.Namespace],
                 usual = arguments.reconnect is None and watch.there
                 if not watch.known or (usual and not isinstance(error, HubLost)):
                     raise
-                pause_s = (
-                    _FIRST_S if isinstance(error, HubLost) and watch.there else min(2 * pause_s, _LONGEST_S)
-                )
                 watch.lost(error)
-            never.wait(pause_s)
+            never.wait(watch.absence.pause_s)

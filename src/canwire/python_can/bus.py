@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -16,33 +16,26 @@ from can.typechecking import AutoDetectedConfig, CanFilters
 import canwire
 from canwire import (
     CanwireError,
-    ChannelMode,
     ChannelStatus,
     ErrorState,
-    EventKind,
     Hub,
     Lab,
     LabBus,
     LineStatus,
-    Siblings,
     WantedMode,
 )
 from canwire.python_can.arguments import check_arguments, error_frames_of, state_of, timings_of
 from canwire.python_can.bench import placed
-from canwire.python_can.clock import clock_of
-from canwire.python_can.company import Company, warn_of_conflicts
 from canwire.python_can.ending import OPEN_BUSES
 from canwire.python_can.errors import opening, operating, operation_error
-from canwire.python_can.filters import LIST_SIZE, planned
+from canwire.python_can.filters import planned
 from canwire.python_can.hubs import HUBS, program_name
-from canwire.python_can.line import can_places, kept_up, line_of_channel, set_listening
+from canwire.python_can.line import can_places, set_listening
 from canwire.python_can.messages import record_of
+from canwire.python_can.opened import Opened, Wish, channel_mode
 from canwire.python_can.periodic import hub_task
-from canwire.python_can.receiver import Receiver
-from canwire.python_can.sender import Sender
+from canwire.python_can.returning import Missed, Returning, check_reconnect
 
-_STATES = (EventKind.STATE, EventKind.OVERRUN)
-_ERRORS = (*_STATES, EventKind.ERROR, EventKind.ARBITRATION_LOST)
 _OUTSIDE = ("slcan", "slcan-fd", "python-can")  # kinds of boards that are real adapters
 _PROTOCOLS = {True: can.CanProtocol.CAN_FD, False: can.CanProtocol.CAN_FD_NON_ISO}
 
@@ -65,6 +58,8 @@ class CanwireBus(can.BusABC):
     arbitration; with False, none. They have SocketCAN's form and pass all filters.
     `hub`: the address of its socket (default: CANWIRE_HUB, else this user's hub, else a hub in this process).
     With a lab's bus as `channel`, or its name and the lab as `hub`: a new node there, in the lab's time.
+    `reconnect`: when the hub or the board is gone, wait until it is back and continue with the same settings; `recv`
+    returns None at its timeout meanwhile, `send` raises CanOperationError, and `missed` counts (docs/python-can.md).
     `rx_fifo_size`, `tx_fifo_size`: the largest numbers of messages that wait here.
 
     `ignore_rx_error_frames`, `local_loopback`: as with SocketCAN. Any other argument is refused.
@@ -87,17 +82,20 @@ class CanwireBus(can.BusABC):
         state: can.BusState | str = can.BusState.ACTIVE,
         exclusive: bool = False,
         hub: str | Hub | Lab | None = None,
+        reconnect: bool = False,
         rx_fifo_size: int = 32_768,
         tx_fifo_size: int = 1024,
         **others: Any,
     ) -> None:
         self._active = False
+        self._returning: Returning | None = None
         self._fd = fd = fd or isinstance(timing, can.BitTimingFd)
         with opening():
             error_frames = error_frames_of(error_frames, others, _ARGUMENTS)
             check_arguments(bitrate, data_bitrate, hub, can_filters, fd=fd)
+            check_reconnect(reconnect, hub)
             at = placed(channel, hub, (bitrate or None, data_bitrate or None))
-            self.channel, self._leases = at.name, at.held  # given back at the end, the last one first
+            self.channel, self._held = at.name, at.held
             self._own_hub = not isinstance(at.hub, Hub)
             self._hub = at.hub if isinstance(at.hub, Hub) else HUBS.acquire(at.hub)
             try:
@@ -109,43 +107,18 @@ class CanwireBus(can.BusABC):
                     listen_only=state_of(state) is can.BusState.PASSIVE,
                     find_rate=auto_bitrate,
                 )
-                self._place, started = line_of_channel(self._hub, at.line, wanted)
-                place = self._place.board.id, self._place.line
-                with started or nullcontext():  # once there is a channel the line keeps running
-                    self._line_channel = self._hub.open_channel(*place, exclusive=exclusive)
-                self._leases.append(self._line_channel)
-                before = kept_up(self._hub, self._place, wanted)
-                warn_of_conflicts(self._hub, self._place.info.bus)
-                self._line_channel.set_up(
-                    ChannelMode(
-                        rx_fifo_size,
-                        tx_fifo_size,
-                        siblings=Siblings.OTHERS_AND_OWN if receive_own_messages else Siblings.OTHERS,
-                        events=_ERRORS if error_frames else _STATES,
-                        filter_size=LIST_SIZE,
-                        fd=fd,
-                        kin="python-can",
-                    )
-                )
-                self._clock = clock_of(self._hub)
-                self._company = Company(self._hub, self._place, str(at.name))
-                self.channel_info = self._company.channel_info
-                self._receiver = Receiver(
-                    self._line_channel,
-                    self._clock,
-                    at.name,
-                    error_frames is not False,
-                    self._company.heard_of,
-                )
-                self._ready = self._receiver.ready
-                self._sender = Sender(self._line_channel, self._receiver, self._company)
+                mode = channel_mode((rx_fifo_size, tx_fifo_size), receive_own_messages, error_frames, fd=fd)
+                wish = Wish(at.name, at.line, wanted, mode, exclusive, error_frames is not False)
+                self._use(Opened(self._hub, wish))
                 self._can_protocol = _PROTOCOLS[not fd_non_iso] if fd else can.CanProtocol.CAN_20
                 super().__init__(at.name, can_filters)
                 self._active = True
-                self._receiver.begin(before, self._line_channel.activate())
+                self._opened.begin()
+                if reconnect and self._hub.address:
+                    self._returning = Returning(self._opened, wish, self._renew)
                 OPEN_BUSES.add(self)
                 if self._own_hub:
-                    self._company.tell_of_private_hub()
+                    self._opened.company.tell_of_private_hub()
             except BaseException:
                 self._is_shutdown = True
                 self._let_go()
@@ -159,7 +132,7 @@ class CanwireBus(can.BusABC):
             message = self._ready.popleft()  # most come from here, so this replaces all of python-can's recv
         except IndexError:
             with operating():
-                return self._receiver.receive(timeout)
+                return (self._returning or self._receiver).receive(timeout)
         if self._receiver.watched:
             self._receiver.tell()
         return message
@@ -168,16 +141,18 @@ class CanwireBus(can.BusABC):
         return self.recv(timeout), True
 
     def fileno(self) -> int:
-        """Readable while there is something to receive."""
+        """Readable while there is something to receive; NotImplementedError with `reconnect`: it would change."""
+        if self._returning is not None:
+            return super().fileno()
         with operating():
             return self._receiver.watch()
 
     def _apply_filters(self, filters: CanFilters | None) -> None:
-        plan = planned(filters)
-        with operating():
-            plan.apply(self._line_channel)
-        if self._active or not plan.exact:
-            self._receiver.keep(self._matches_filters if filters else None, exact=plan.exact)
+        with self._operating():
+            self._filter(self._opened, filters)
+
+    def _filter(self, opened: Opened, filters: CanFilters | None) -> None:
+        opened.filter(planned(filters), self._matches_filters if filters else None, always=self._active)
 
     # sending
 
@@ -192,11 +167,11 @@ class CanwireBus(can.BusABC):
         try:
             self._sender.send(record_of(msg, fd=self._fd), timeout)
         except CanwireError as error:
-            raise operation_error(error) from error
+            raise operation_error(error, returns=self._returning is not None) from error
 
     def flush_tx_buffer(self) -> None:
         """Discard messages that wait to be sent, except a frame on the wire."""
-        with operating():
+        with self._operating():
             self._line_channel.cancel()
 
     def _send_periodic_internal(
@@ -216,20 +191,41 @@ class CanwireBus(can.BusABC):
             if task is not None:
                 if autostart:
                     task.start()
-                return task
-        return super()._send_periodic_internal(messages, period, duration, autostart, modifier_callback)
+                return task if self._returning is None else self._returning.keep(task)
+        thread = super()._send_periodic_internal(messages, period, duration, autostart, modifier_callback)
+        return thread if self._returning is None else self._returning.patient(thread)
+
+    # the hub
+
+    @property
+    def missed(self) -> Missed:
+        """What this bus has missed while its hub or board was away; all 0 without `reconnect`."""
+        return Missed() if self._returning is None else self._returning.missed
+
+    def _use(self, opened: Opened) -> None:
+        self._opened, self._hub, self._place, self._clock = opened, opened.hub, opened.place, opened.clock
+        self._line_channel, self._receiver, self._sender = opened.channel, opened.receiver, opened.sender
+        self._ready, self.channel_info = opened.receiver.ready, opened.company.channel_info
+
+    def _renew(self, opened: Opened) -> None:
+        self._filter(opened, self._filters)
+        opened.begin()
+        self._use(opened)
+
+    def _operating(self) -> AbstractContextManager[None]:
+        return operating(returns=self._returning is not None)
 
     # the line
 
     def line_status(self) -> LineStatus:
         """The controller's state, error counters and last error, bus load, losses, and which program has control."""
-        with operating():
+        with self._operating():
             self._line_channel.check()
             return self._place.status(self._hub)
 
     def channel_status(self) -> ChannelStatus:
         """Counters of this bus object: messages received, lost because they were not read, sent, and discarded."""
-        with operating():
+        with self._operating():
             return self._line_channel.status()
 
     @property
@@ -259,7 +255,7 @@ class CanwireBus(can.BusABC):
     def state(self, new_state: can.BusState) -> None:
         """Set the state for all programs on the line, for which this briefly needs its control; also ends bus-off."""
         wanted = state_of(new_state)
-        with operating():
+        with self._operating():
             asked = replace(self._wanted, listen_only=wanted is can.BusState.PASSIVE)
             set_listening(self._hub, self._place, asked)
 
@@ -269,6 +265,8 @@ class CanwireBus(can.BusABC):
             return
         with suppress(can.CanError, CanwireError):
             super().shutdown()
+        if self._returning is not None:
+            self._returning.close()
         with suppress(can.CanError, CanwireError):
             self._sender.flush()
         self._receiver.close()
@@ -281,7 +279,7 @@ class CanwireBus(can.BusABC):
 
     def _let_go(self) -> None:
         OPEN_BUSES.discard(self)
-        for lease in reversed(self._leases):
+        for lease in (self._opened, *self._held) if hasattr(self, "_opened") else self._held:
             with suppress(CanwireError):
                 lease.close()
         if self._own_hub:

@@ -7,7 +7,7 @@ import threading
 import time
 from weakref import WeakValueDictionary
 
-from canwire import Hub
+from canwire import Hub, HubLost
 
 _TRIES = 5
 _KEPT_S = 10.0  # the two clocks are compared again after that
@@ -35,7 +35,10 @@ class HubClock:
         """Compare the clocks again if that is due."""
         if self._hub.time != "real" or time.monotonic() < self._due_s:
             return
-        epoch_ns, error_ns = self._compared()
+        try:
+            epoch_ns, error_ns = self._compared()
+        except HubLost:  # what has arrived before is still received
+            return
         self.epoch_ns = min(max(self.epoch_ns, epoch_ns - error_ns), epoch_ns + error_ns)
         self._error_ns = error_ns + abs(self.epoch_ns - epoch_ns)
 

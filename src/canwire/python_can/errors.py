@@ -14,15 +14,16 @@ _REMEDIES = (
     (HubLost, "once a hub runs again (`canwire serve`), open a new can.Bus"),
     (Unplugged, "once it is plugged in again, open a new can.Bus"),
 )
+_RETURNS = "the bus connects again by itself, and nothing is sent until then"
 
 
 @contextmanager
-def operating() -> Iterator[None]:
-    """Raise each error as a CanOperationError."""
+def operating(*, returns: bool = False) -> Iterator[None]:
+    """Raise each error as a CanOperationError; `returns`: of a bus that connects again."""
     try:
         yield
     except CanwireError as error:
-        raise operation_error(error) from error
+        raise operation_error(error, returns=returns) from error
 
 
 @contextmanager
@@ -34,8 +35,10 @@ def opening() -> Iterator[None]:
         raise CanInitializationError(str(error)) from error
 
 
-def operation_error(error: CanwireError) -> CanOperationError:
-    """The CanOperationError for this error, with a remedy if one is known."""
+def operation_error(error: CanwireError, *, returns: bool = False) -> CanOperationError:
+    """The CanOperationError for this error, with a remedy if one is known; `returns` as above."""
+    if returns and isinstance(error, (HubLost, Unplugged)):
+        return CanOperationError(f"{error}; {_RETURNS}")
     for kind, remedy in _REMEDIES:
         if isinstance(error, kind):
             return CanOperationError(f"{error}; {remedy}")

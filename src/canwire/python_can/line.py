@@ -61,6 +61,23 @@ def line_of_channel(hub: Hub, channel: str, wanted: WantedMode) -> tuple[LinePla
     return place, _brought_up(hub, place, _as_others(hub, neighbours, wanted))
 
 
+def line_again(
+    hub: Hub, channel: str, wanted: WantedMode, before: LinePlace, mode: LineMode | None
+) -> tuple[LinePlace, Control | None]:
+    """As `line_of_channel`, after the hub or the board was away: by preference the line that it was before.
+
+    What `wanted` leaves open is as on the bus now, else as in the `mode` from before.
+    """
+    if mode is not None and mode.timing is not None:
+        wanted = replace(wanted, find_rate=False)
+    neighbours = [place for place in can_places(hub) if place.info.bus == before.info.bus]
+    wanted = _as_others(hub, neighbours if before.info.bus else [], wanted).at_rates_of(mode)
+    if any(place.address == before.address for place in neighbours):
+        with suppress(LineError, BadValue, NoSuchBoard, Unplugged):
+            return line_of_channel(hub, before.address, wanted)
+    return line_of_channel(hub, channel, wanted)
+
+
 def kept_up(hub: Hub, place: LinePlace, wanted: WantedMode) -> LineStatus:
     """The status of a line with a channel of this program. A line that was stopped before the channel is restarted.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 import threading
+import time
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -126,6 +127,8 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
     Raises InUse, Unsupported, LineError or BadValue if the messages cannot be on the list.
     """
 
+    returns = False  # its bus connects again, and then calls `move`
+
     def __init__(
         self,
         hub: Hub,
@@ -144,26 +147,47 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
         self._fd = fd
         self._step = _ticks_of(self.period_ns, ticks, len(self.messages))
         self._list: SharedList | None = None
+        self._moving = threading.RLock()
+        self._runs, self._end_s = False, math.inf
         self._put()
 
     def start(self) -> None:
         """Begin with the first message; a running task begins again with it."""
-        with operating():
+        with operating(), self._moving:
             if not self.indices:
                 self._put()
-            counts = self._counts()
-            begun = [index for index, count in zip(self.indices, counts, strict=True) if count != 0]
-            endless = [0 if count is None else count for count in counts if count != 0]
-            assert self._list is not None
-            self._list.lease.start_in_turn(begun, endless, self._step)
+            self._begin(self.duration)
+            self._runs = True
+            self._end_s = math.inf if self.duration is None else time.monotonic() + self.duration
 
     def stop(self) -> None:
         """Stop sending; a second call has no effect. `start` begins again with the first message."""
-        with operating():
+        with operating(), self._moving:
+            self._runs = False
             LISTS.take_off(self, self._hub, self._channel)
 
+    @property
+    def displaced(self) -> bool:
+        """True if it was sending when its hub or board went, and has time left."""
+        assert self._list is not None
+        return self._runs and self._list.lease.over and time.monotonic() < self._end_s
+
+    def move(self, hub: Hub, channel: HubChannel, ticks: Ticks) -> None:
+        """Continue a displaced task for the rest of its time on another channel.
+
+        Raises what the constructor raises; the task is then still displaced.
+        """
+        with self._moving:
+            LISTS.take_off(self, self._hub, self._channel)
+            if not self.displaced:  # it was stopped meanwhile
+                return
+            self._hub, self._channel = hub, channel
+            self._step = _ticks_of(self.period_ns, ticks, len(self.messages))
+            self._put()
+            self._begin(None if self.duration is None else self._end_s - time.monotonic())
+
     def modify_data(self, messages: Sequence[Message] | Message) -> None:
-        """Replace the messages; the ticks stay the same."""
+        """Replace the messages; the ticks stay the same. While the hub is away, for its return."""
         before = self.messages
         super().modify_data(messages)
         try:
@@ -173,19 +197,27 @@ class HubTask(LimitedDurationCyclicSendTaskABC, ModifiableCyclicTaskABC, Restart
                     assert self._list is not None
                     self._list.lease.replace(index, record)
         except BaseException:
-            self.messages = before
-            raise
+            if not (self.returns and self.displaced):
+                self.messages = before
+                raise
 
     def _put(self) -> None:
         records = [record_of(message, fd=self._fd) for message in self.messages]
         self._list = LISTS.put(self, records, self._step * len(records), self._hub, self._channel)
 
-    def _counts(self) -> list[int | None]:
-        """How many times each message is sent, None: without end."""
+    def _begin(self, duration: float | None) -> None:
+        counts = self._counts(duration)
+        begun = [index for index, count in zip(self.indices, counts, strict=True) if count != 0]
+        endless = [0 if count is None else count for count in counts if count != 0]
+        assert self._list is not None
+        self._list.lease.start_in_turn(begun, endless, self._step)
+
+    def _counts(self, duration: float | None) -> list[int | None]:
+        """How many times each message is sent in `duration` seconds, None: without end."""
         number = len(self.messages)
-        if self.duration is None:
+        if duration is None:
             return [None] * number
-        total = max(1, math.ceil(self.duration / self.period - 1e-9))
+        total = max(1, math.ceil(duration / self.period - 1e-9))
         return [(total - place + number - 1) // number for place in range(number)]
 
 

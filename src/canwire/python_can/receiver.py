@@ -32,8 +32,9 @@ class Receiver:
         name: Any,
         errors: bool,
         on_state: Callable[[BusEvent], object],
+        ready: deque[can.Message],
     ) -> None:
-        self.ready: deque[can.Message] = deque()
+        self.ready = ready
         self.watched = False
         self.state = ErrorState.ERROR_ACTIVE
         self._keeps: Callable[[can.Message], bool] | None = None
@@ -83,6 +84,12 @@ class Receiver:
             if self.watched:
                 self._end.quieten()  # reported once, so that an event loop does not spin
             raise
+
+    def drain(self) -> None:
+        """The hub or the board is gone: turn into messages what has arrived before."""
+        with self._lock:
+            while self._take()[0]:
+                pass
 
     def watch(self) -> int:
         """A descriptor that is readable from now on while a message waits."""

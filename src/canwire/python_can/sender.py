@@ -31,9 +31,9 @@ class Sender:
 
     def send(self, record: bytes, timeout: float | None) -> None:
         """Queue a record; wait for room as described for CanwireBus.send."""
-        self._channel.check()
         ring = self._end.ring
         with self._lock:
+            self._channel.check()
             free = ring.free()
             if free < ring.capacity or self._receiver.state in _SILENT:
                 self._check_moving()
@@ -42,6 +42,12 @@ class Sender:
             if not free:
                 self._wait_for_room(timeout)
             ring.put_bytes(record)
+
+    def left(self) -> int:
+        """The hub or the board is gone: how many messages it had not taken."""
+        with self._lock:
+            ring = self._end.ring
+            return ring.capacity - ring.free()
 
     def flush(self) -> None:
         """Wait until all messages were sent; if they make no progress, log that and return."""

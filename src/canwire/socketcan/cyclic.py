@@ -15,25 +15,34 @@ if TYPE_CHECKING:
     import numpy
 
     from canwire import Hub, LinePlace, Scheduler
+    from canwire.socketcan.setting import Setting
 
     Array = numpy.ndarray
+
+
+_AGAIN_S = 1.0  # before a list that another program holds is tried again
 
 
 class CyclicFrame:
     """A frame on the list; after `stop` its methods have no effect."""
 
-    def __init__(self, owner: CyclicFrames, index: int) -> None:
+    def __init__(self, owner: CyclicFrames, index: int, record: bytes, cycle: int) -> None:
         self._owner = owner
-        self._index: int | None = index
+        self.index: int | None = index
+        self.record, self.cycle = record, cycle
 
     def replace(self, row: Array) -> bool:
         """Send this row of `sent_dtype` from now on, at the same times; False if that is impossible."""
-        return self._index is not None and self._owner.replace(self._index, row)
+        record = records_to_send(row).tobytes()
+        if self.index is None or not self._owner.replace(self.index, record):
+            return False
+        self.record = record
+        return True
 
     def stop(self) -> None:
-        index, self._index = self._index, None
+        index, self.index = self.index, None
         if index is not None:
-            self._owner.remove(index)
+            self._owner.remove(self, index)
 
 
 class CyclicFrames:
@@ -43,7 +52,8 @@ class CyclicFrames:
         self._hub = hub
         self._place = place
         self._lease: Scheduler | None = None
-        self._used: set[int] = set()
+        self._frames: list[CyclicFrame] = []
+        self._displaced: list[CyclicFrame] = []  # since the hub was away
 
     def start(self, row: Array, interval_s: float) -> CyclicFrame | None:
         """Send a row every `interval_s` seconds, first after one interval; None if the list cannot do it."""
@@ -54,38 +64,62 @@ class CyclicFrames:
         cycle = interval_ns // ticks.tick_ns
         if not 1 <= cycle <= ticks.maximum:
             return None
+        record = records_to_send(row).tobytes()
         try:
-            if self._lease is None or self._lease.over:
-                self._lease = self._hub.open_scheduler(self._place.board.id, self._place.line)
-                self._used.clear()
-                self._lease.resume()
-            index = self._lease.add(records_to_send(row).tobytes(), cycle)
-            self._used.add(index)
-            self._lease.start(index)
+            index = self._put(record, cycle)
         except CanwireError:  # as it is now; a line that is gone its port tells of
             self._let_go_if_unused()
             return None
-        return CyclicFrame(self, index)
+        self._frames.append(CyclicFrame(self, index, record, cycle))
+        return self._frames[-1]
 
-    def replace(self, index: int, row: Array) -> bool:
-        if self._lease is None or self._lease.over or index not in self._used:
-            return False
+    def _put(self, record: bytes, cycle: int) -> int:
+        if self._lease is None or self._lease.over:
+            self._lease = self._hub.open_scheduler(self._place.board.id, self._place.line)
+            self._lease.resume()
+        index = self._lease.add(record, cycle)
+        self._lease.start(index)
+        return index
+
+    def move(self, hub: Hub, place: LinePlace, setting: Setting) -> None:
+        """Continue on this line, with a hub that is back."""
+        self._hub, self._place, self._lease = hub, place, None
+        self._displaced = list(self._frames)
+        self._settle(setting)
+
+    def _settle(self, setting: Setting, told: str = "") -> None:
         try:
-            self._lease.replace(index, records_to_send(row).tobytes())
+            while self._displaced:
+                frame = self._displaced[0]
+                frame.index = self._put(frame.record, frame.cycle)
+                self._displaced.pop(0)
+        except CanwireError as error:
+            if self._hub.lost:
+                return
+            why = str(error)
+            if why != told:
+                setting.say(f"{self._place.address}: cyclic frames wait: {why}")
+            setting.loop.call_in(_AGAIN_S, lambda: self._settle(setting, why))
+
+    def replace(self, index: int, record: bytes) -> bool:
+        if self._lease is None or self._lease.over:
+            return self._hub.lost  # then it is for the hub's return
+        try:
+            self._lease.replace(index, record)
         except CanwireError:
             return False
         return True
 
-    def remove(self, index: int) -> None:
-        if self._lease is None or index not in self._used:
-            return
-        self._used.discard(index)
-        if not self._lease.over:
+    def remove(self, frame: CyclicFrame, index: int) -> None:
+        self._frames.remove(frame)
+        if frame in self._displaced:
+            self._displaced.remove(frame)
+        elif self._lease is not None and not self._lease.over:
             self._lease.remove(index)
         self._let_go_if_unused()
 
     def _let_go_if_unused(self) -> None:
         """So that other programs can have it."""
-        if self._lease is not None and not self._used:
+        if self._lease is not None and not self._frames:
             self._lease.close()
             self._lease = None

@@ -41,8 +41,10 @@ class Interface:
     place: int  # in the table
     of_all: bool
     mtu: int
+    line: LinePlace  # one that it may mean
     flags: int = UP
     restart_ms: int = 0  # after bus-off, as netlink has set it; 0: it stays there
+    returns: bool = False  # it was up when the hub went
     wanted: WantedMode | None = None  # as netlink has set it; None: the options of `canwire run`
 
 
@@ -61,7 +63,7 @@ class Interfaces:
 
     def __init__(self, hub: Hub, table: Table, mappings: dict[str, str]) -> None:
         """Raises NoSuchBoard for a mapping to a line that does not exist."""
-        self._hub = hub
+        self.hub = hub  # replaced by one that came back
         self._table = table
         self._mapped = bool(mappings)
         self.by_index: dict[int, Interface] = {}
@@ -75,7 +77,7 @@ class Interfaces:
 
     def refresh(self) -> list[Interface]:
         """Add interfaces for lines that are new, and return the interfaces whose lines no longer exist."""
-        lines = every_line(self._hub, "CAN")
+        lines = every_line(self.hub, "CAN")
         there: set[str] = set()
         for bus in dict.fromkeys(place.info.bus for place in lines if place.info.bus):
             there.add(bus)
@@ -98,6 +100,11 @@ class Interfaces:
         self._table.set_flags(interface.place, flags)
         if changed:
             self.changed(interface)
+
+    def take_down(self, interface: Interface) -> None:
+        """Its hub is gone: it is down, and up again once the hub is back."""
+        interface.returns |= bool(interface.flags & UP)
+        self.show(interface, 0)
 
     def drop(self, index: int, count: int, why: str = WENT) -> None:
         """Count frames of a program that cannot be sent; Linux calls this tx_dropped."""
@@ -132,5 +139,5 @@ class Interfaces:
         place, index = found
         self.unplaced.discard(name)
         self._names[index] = name
-        made = self.by_index[index] = Interface(name, target, index, place, of_all, mtu)
+        made = self.by_index[index] = Interface(name, target, index, place, of_all, mtu, lines[0])
         self.changed(made)

@@ -12,8 +12,12 @@ from typing import TYPE_CHECKING
 
 from canwire import (
     BadValue,
+    ChannelMode,
+    EventKind,
     InUse,
     LineError,
+    NoSuchBoard,
+    Siblings,
     WantedMode,
     bring_up,
     every_line,
@@ -26,20 +30,48 @@ from canwire import (
 )
 
 if TYPE_CHECKING:
-    from canwire import Control, Hub, HubChannel, Lease, LinePlace, LineStatus
+    from canwire import Control, Hub, HubChannel, Lease, LineMode, LinePlace, LineStatus
+
+_RECEIVE, _TRANSMIT = 32_768, 4096  # frames
+_EVENTS = tuple(
+    map(
+        int,
+        (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO),
+    )
+)
 
 
-def channel_on(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, HubChannel]:
-    """A new channel on the line, which runs. Raises what `line_of` does."""
-    place, started = line_of(hub, target, wanted)
+def channel_on(
+    hub: Hub, target: str, wanted: WantedMode, before: tuple[LinePlace, LineMode | None] | None = None
+) -> tuple[LinePlace, HubChannel]:
+    """A new channel on the line, which runs. Raises what `line_of` does.
+
+    `before`: the line and the mode that it had at a hub that is back; the same are taken if that is possible.
+    """
+    place, started = (
+        line_of(hub, target, wanted) if before is None else _line_again(hub, target, wanted, *before)
+    )
     with started or nullcontext(), ExitStack() as on_failure:
         channel = on_failure.enter_context(hub.open_channel(place.board.id, place.line))
         # who had it running may have left before there was this channel, which keeps it
         if not place.status(hub).running:
             with _joined(hub, place, _at_rates_there(hub, place.info.bus, wanted)) or nullcontext():
                 pass
+        channel.set_up(
+            ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=_EVENTS, kin="SocketCAN")
+        )
         on_failure.pop_all()
     return place, channel
+
+
+def _line_again(
+    hub: Hub, target: str, wanted: WantedMode, place: LinePlace, mode: LineMode | None
+) -> tuple[LinePlace, Control | None]:
+    wanted = _at_rates_there(hub, place.info.bus, wanted).at_rates_of(mode)
+    with suppress(LineError, BadValue, NoSuchBoard):
+        if find_lines(hub, place.address)[0].info.bus == place.info.bus:
+            return line_of(hub, place.address, wanted)
+    return line_of(hub, target, wanted)
 
 
 def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Control | None]:

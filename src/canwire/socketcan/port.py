@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import errno
-from collections import deque
 from typing import TYPE_CHECKING
 
-from canwire import CanwireError, ChannelMode, ErrorState, EventKind, HubError, Siblings
+from canwire import CanwireError, ErrorState, EventKind, HubError
 from canwire.socketcan.cyclic import CyclicFrames
 from canwire.socketcan.echoes import Echoes
 from canwire.socketcan.error_frames import put_error_frames
@@ -14,7 +13,8 @@ from canwire.socketcan.interfaces import FULL, WENT
 from canwire.socketcan.lines import Company, channel_on
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.netlink.restarting import Restarting
-from canwire.socketcan.table import GONE, OFF, STUCK, UP
+from canwire.socketcan.outlets import LineRoom
+from canwire.socketcan.table import GONE, OFF, UP
 from canwire.socketcan.wire import (
     LOCAL,
     SELF_RECEPTION,
@@ -30,19 +30,16 @@ if TYPE_CHECKING:
 
     import numpy
 
+    from canwire import HubChannel, LinePlace
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.listener import Listener, Tap
-    from canwire.socketcan.loop import Timer
     from canwire.socketcan.setting import Setting
 
     Array = numpy.ndarray
 
-_RECEIVE, _TRANSMIT = 32_768, 4096  # frames
 _AT_ONCE = 2048
-_ROOM = 256  # frames for which a sender that waits is woken
 _MUCH = 64  # frames after which the next check follows immediately
-_STUCK_S, _LOOK_S = 0.25, 0.02
-_EVENTS = (EventKind.ERROR, EventKind.STATE, EventKind.ARBITRATION_LOST, EventKind.OVERRUN, EventKind.INFO)
+_LOOK_S = 0.02
 
 
 class Port:
@@ -61,26 +58,32 @@ class Port:
         self._loop = setting.loop
         self._echoes = Echoes()
         self._gathering = setting.gathering()
-        self._waiting: deque[Callable[[], object]] = deque()
-        self._stuck: Timer | None = None
-        hub = setting.hub
         wanted = interface.wanted or setting.wanted
-        self.place, self._channel = channel_on(hub, interface.target, wanted)
-        self.cyclic = CyclicFrames(hub, self.place)
-        self.company = Company(hub, self.place, interface.target)
-        self.company.seek(wanted)
-        self.restarting = Restarting(setting, interface, self.place, self._restarted)
-        events = tuple(map(int, _EVENTS))
-        self._channel.set_up(
-            ChannelMode(_RECEIVE, _TRANSMIT, siblings=Siblings.EVERY, events=events, kin="SocketCAN")
-        )
-        self._reading, self._writing = self._channel.reading, self._channel.writing
-        self._writing.threshold = _ROOM
-        self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
-        self._loop.watch(self._writing.descriptor.fileno(), READABLE, self._has_room)
-        running = self._channel.activate().running  # it may have been stopped since it was brought up
-        setting.interfaces.show(interface, UP if running else 0)
+        self._use(*channel_on(setting.hub, interface.target, wanted))
+        self.cyclic = CyclicFrames(setting.hub, self.place)
         self.pump()
+
+    def open_again(self) -> None:
+        """With a hub that is back; raises what the constructor raises, and is still lost then."""
+        setting, interface = self._setting, self.interface
+        wanted = interface.wanted or setting.wanted
+        self._use(*channel_on(setting.hub, interface.target, wanted, (self.place, self._mode)))
+        self.lost, self._echoes = False, Echoes()
+        self.cyclic.move(setting.hub, self.place, setting)
+        self.pump()
+
+    def _use(self, place: LinePlace, channel: HubChannel) -> None:
+        setting, interface = self._setting, self.interface
+        self.place, self._channel = place, channel
+        self.company = Company(setting.hub, self.place, interface.target)
+        self.company.seek(interface.wanted or setting.wanted)
+        self.restarting = Restarting(setting, interface, self.place, self._restarted)
+        self._reading, self._writing = self._channel.reading, self._channel.writing
+        self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
+        self._room = LineRoom(setting, interface, self._writing)
+        status = self._channel.activate()  # it may have been stopped since it was brought up
+        self._mode = status.mode
+        setting.interfaces.show(interface, UP if status.running else 0)
 
     # receiving
 
@@ -215,30 +218,7 @@ class Port:
 
     def when_room(self, call: Callable[[], object]) -> None:
         """Call this once there is room for more, or the interface is lost."""
-        self._waiting.append(call)
-        self._writing.ring.free()
-        self._writing.ring.arm_free()
-        if self._stuck is None:
-            taken = self._writing.ring.taken
-            self._stuck = self._loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
-
-    def _has_room(self, _: int) -> None:
-        self._writing.descriptor.clear()
-        if self.interface.flags & STUCK:
-            self._setting.interfaces.show(self.interface, self.interface.flags & ~STUCK)
-        waiting, self._waiting = self._waiting, deque()
-        for call in waiting:
-            call()
-
-    def _look_for_progress(self, taken: int) -> None:
-        """A program that waits for room learns that there is none: ENOBUFS."""
-        self._stuck = None
-        if not self._waiting or self.lost:
-            return
-        now = self._writing.ring.taken
-        stuck = STUCK if now == taken else 0
-        self._setting.interfaces.show(self.interface, self.interface.flags & ~STUCK | stuck)
-        self._stuck = self._loop.call_in(_STUCK_S, lambda: self._look_for_progress(now))
+        self._room.wait(call)
 
     @property
     def sent(self) -> int:
@@ -274,13 +254,24 @@ class Port:
         self._setting.say(f"{self.interface.name}: {error}")
         hub_gone = self._setting.hub.lost
         self.drop(self._echoes.outstanding)
-        waiting = list(self._waiting)
+        waiting = self._room.end()
         self.close()
-        self._setting.interfaces.show(self.interface, 0 if hub_gone else GONE)
-        self._tell_lost(errno.ENETDOWN if hub_gone else errno.ENODEV)
-        self._on_lost(self)
+        if hub_gone:
+            self._setting.interfaces.take_down(self.interface)
+            self._tell_lost(errno.ENETDOWN)
+            self._setting.hub_gone()
+        if not hub_gone:
+            self.vanish()
+        elif not self._setting.comes_back:
+            self._on_lost(self)
         for call in waiting:
             self._loop.soon(call)
+
+    def vanish(self) -> None:
+        """The line does not exist any more."""
+        self._setting.interfaces.show(self.interface, GONE)
+        self._tell_lost(errno.ENODEV)
+        self._on_lost(self)
 
     def _tell_lost(self, error: int) -> None:
         for listener in list(self.listeners):
@@ -293,7 +284,6 @@ class Port:
         self.lost = True
         self.restarting.stop()
         self._loop.forget(self._reading.descriptor.fileno())
-        self._loop.forget(self._writing.descriptor.fileno())
-        self._waiting.clear()
+        self._room.end()
         self._channel.close()
         self.company.leave()

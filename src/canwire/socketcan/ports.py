@@ -33,6 +33,8 @@ class Ports:
         """The port of this interface; raises OSError: ENODEV if it does not exist, ENETDOWN if its line fails."""
         found = self._open.get(index)
         if found is not None:
+            if found.lost:  # its hub is away
+                raise refuse(errno.ENETDOWN)
             return found
         interface = self._setting.interfaces.by_index.get(index)
         if interface is None:
@@ -50,14 +52,14 @@ class Ports:
                 found.append(self.port(interface.index))
             except OSError as error:
                 failure = error
-        if not found and failure is not None:
+        if not found and failure is not None and not self._setting.hub.lost:
             raise failure
         return found
 
     def is_down(self, index: int) -> bool:
-        """True if it was taken down before any socket used it: a socket that binds to it waits until it is up."""
-        interface = self._setting.interfaces.by_index.get(index)
-        return index not in self._open and interface is not None and not interface.flags & UP
+        """True if it is down without a port that hears when it is up: a socket that binds to it waits for that."""
+        interface, port = self._setting.interfaces.by_index.get(index), self._open.get(index)
+        return (port is None or port.lost) and interface is not None and not interface.flags & UP
 
     def in_use(self) -> list[Port]:
         return list(self._open.values())
@@ -93,7 +95,8 @@ class Ports:
             port = self._open[interface.index] = Port(self._setting, interface, self._lost)
         except CanwireError as error:
             self._setting.say(f"{interface.name}: {error}")
-            gone = isinstance(error, NoSuchBoard | Unplugged | HubLost)
+            away = self._setting.comes_back and isinstance(error, HubLost)
+            gone = isinstance(error, NoSuchBoard | Unplugged | HubLost) and not away
             raise refuse(errno.ENODEV if gone else errno.ENETDOWN) from error
         return port
 

@@ -8,7 +8,8 @@ import struct
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
-from canwire import Event, HubError
+from canwire import Event
+from canwire.socketcan.boards.boards import Boards
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.loop import READABLE, URGENT, Loop
 from canwire.socketcan.netlink.door import NetlinkDoor
@@ -24,7 +25,7 @@ from canwire.socketcan.setting import Setting
 from canwire.socketcan.sockets.open_sockets import OpenSockets
 from canwire.socketcan.supervised.notices import Listener, fetched
 from canwire.socketcan.supervised.supervisor import Supervisor
-from canwire.socketcan.table import MOST_INTERFACES, Table
+from canwire.socketcan.table import Table
 from canwire.socketcan.timed.timers import TimerSignal
 from canwire.socketcan.timed.turns import TimedWaiter
 from canwire.socketcan.wire import numpy_module
@@ -71,8 +72,8 @@ class Server:
         epoch_ns: int,
         say: Callable[[str], object],
     ) -> None:
-        self._boards = Event()
-        hub.watch(self._boards)  # before the list of boards is read: later boards are reported
+        boards = Event()
+        hub.watch(boards)  # before the list of boards is read: later boards are reported
         prefix = f"canwire-{os.urandom(3).hex()}-"
         table = Table(os.path.join(directory, "table"), prefix.encode())
         self._turns = TimedWaiter(hub, table) if hub.timed else None
@@ -92,6 +93,7 @@ class Server:
             self._setting, self._ports, rings, prefix, self._stop_if_unused, self._say_once
         )
         self._setting.came_up = self._look_again
+        self._boards = Boards(self._setting, self._ports, boards, self._look_again, self._say_once)
         self._alive: set[int] = set()
         self._control = Control(
             self._loop, os.path.join(directory, "control"), self._answer, self._setting.fault
@@ -102,8 +104,6 @@ class Server:
         self._files = (NetFiles(os.path.join(directory, "net"), links), proc)  # shim/shim.h, enum folder
         with suppress(OSError):  # a kernel that gives none: programs have its own alone, and that is said
             self._netlink = NetlinkDoor(self._setting, links)
-        self._loop.watch(self._boards.fileno(), READABLE, self._boards_changed)
-        self._say_what_is_unplaced()
 
     def run(self, programs: tuple[int, int]) -> None:
         """Serve until all of these descriptors are readable or hung up, and no program has a socket any more."""
@@ -168,29 +168,9 @@ class Server:
     def _left(self) -> Left:
         return Left(self._ports.pending(), len(self._sockets), self._ports.progress())
 
-    # boards
-
-    def _boards_changed(self, _: int) -> None:
-        self._boards.wait(0)
-        try:
-            gone = self._setting.interfaces.refresh()
-        except HubError:
-            return  # the ports say what there is to say
-        self._say_what_is_unplaced()
-        for interface in gone:
-            if self._ports.known(interface.index) is None:
-                self._setting.interfaces.remove(interface)
-        self._look_again()
-
     def _look_again(self) -> None:
         for one in self._sockets:
             one.boards_changed()
-
-    def _say_what_is_unplaced(self) -> None:
-        if names := sorted(self._setting.interfaces.unplaced):
-            self._say_once(
-                f"{MOST_INTERFACES} interfaces are all there can be: {names[0]} and {len(names) - 1} more are none"
-            )
 
     # requests
 

@@ -39,6 +39,8 @@ class Setting:
         self.say = say
         self._faults: set[str] = set()
         self.deserted: Callable[[], object] = lambda: None  # a socket has lost its last program
+        self.comes_back = False  # the hub is waited for when it is gone: boards/boards.py
+        self.hub_gone: Callable[[], object] = lambda: None
         self.came_up: Callable[[], object] = lambda: None  # an interface that was down
         self.stir: Callable[[], object] = lambda: None  # there is something for a program, or room
 

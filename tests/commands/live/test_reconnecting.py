@@ -14,9 +14,10 @@ from pathlib import Path
 import pytest
 
 import canwire
-from canwire import BadValue, ChannelMode, Frame, HubError, HubLost, LineMode, NoSuchBoard
+from canwire import Absence, BadValue, ChannelMode, Frame, HubError, HubLost, LineMode, NoSuchBoard
 from canwire.commands import main, reconnecting
-from canwire.commands.reconnecting import Watch, going_on
+from canwire.commands.reconnecting import going_on
+from canwire.hub import absence
 from tests import warm
 from tests.hub.links.network.places import RATE
 from tests.hubs import served_here
@@ -33,9 +34,9 @@ def test_each_reason_is_told_once_and_the_time_that_was_missed(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter((10.0, 22.5))
-    monkeypatch.setattr(reconnecting, "Watch", lambda: Watch(lambda: next(times)))
-    monkeypatch.setattr(reconnecting, "_FIRST_S", 0.0)
-    monkeypatch.setattr(reconnecting, "_LONGEST_S", 0.0)
+    monkeypatch.setattr(reconnecting, "Absence", lambda: Absence(lambda: next(times)))
+    monkeypatch.setattr(absence, "_FIRST_S", 0.0)
+    monkeypatch.setattr(absence, "_LONGEST_S", 0.0)
     ends: Iterator[Exception | None] = iter(
         (HubLost("hub gone"), HubError("no hub"), HubError("no hub"), NoSuchBoard("no can0"), None)
     )

@@ -16,6 +16,7 @@ from canwire import (
     ErrorState,
     InUse,
     LinePlace,
+    LineStatus,
     find_lines,
     format_rates,
     format_setter,
@@ -29,7 +30,7 @@ from canwire.socketcan.table import OFF, UP
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from canwire import Hub, LineMode, LineStatus, WantedMode
+    from canwire import Hub, LineMode, WantedMode
     from canwire.socketcan.interfaces import Interface
     from canwire.socketcan.setting import Setting
 
@@ -65,6 +66,33 @@ COUNTS = (  # of struct rtnl_link_stats64, in its order
     *("tx_heartbeat_errors", "tx_window_errors", "rx_compressed", "tx_compressed"),
 )
 _NEEDS_DOWN = "the line runs; take it down before it is set up otherwise"
+
+
+_AWAY = LineStatus(  # of lines whose hub is away
+    *(
+        False,
+        False,
+        None,
+        ErrorState.STOPPED,
+        0,
+        0,
+        0,
+        0.0,
+        False,
+        False,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        "",
+        "",
+        0,
+        False,
+        0,
+    )
+)
 
 
 class Refused(Exception):
@@ -160,8 +188,11 @@ class Links:
     def _line_of(self, interface: Interface) -> tuple[LinePlace, LineMode, LineStatus]:
         """The line that the interface uses or would use, its present or future mode, and its status."""
         hub, port = self._setting.hub, self._ports.known(interface.index)
-        place = port.place if port is not None else _candidate(hub, interface)
-        status = place.status(hub)
+        if hub.lost:
+            place, status = interface.line, _AWAY
+        else:
+            place = port.place if port is not None else _candidate(hub, interface)
+            status = place.status(hub)
         mode = status.mode if status.running else None
         return place, mode or self._wanted(interface).mode(place.info.capabilities), status
 
@@ -224,7 +255,9 @@ class Links:
         if not status.running:
             mode = wanted.mode(place.info.capabilities)
             start_line(hub, place, replace(mode, persistent=True)).close()
-            if port is not None:
+            if port is not None and port.lost:  # it was down when the hub went, and is not now
+                port.open_again()
+            elif port is not None:
                 port.company.seek(wanted)
         elif not wanted.rates_agree(status.mode):
             raise Refused(

@@ -129,6 +129,9 @@ class RawSocket(StampedSocket):
         return self._outlet.congested()
 
     def interface_lost(self, interface: Interface, error: int) -> None:
+        away = self.setting.hub.lost and not self.setting.comes_back
+        if self._hears_all and error == errno.ENETDOWN and not away:
+            return  # it is bound to none of them, as on Linux (raw_notify)
         row = numpy_module().zeros(1, received_dtype())
         row["error"], row["interface"] = error, interface.index
         self.setting.table.set_error(self.slot, error)

@@ -1,0 +1,1 @@
+"""Boards and the hub itself come and go."""
