@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 
@@ -15,6 +16,7 @@ from canwire.boards.config.configuration import Config
 from canwire.hub.handles.hub import Hub
 from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.links.network.session.settings import Patience
 from canwire.hub.owner.engine import LOCKSTEP, Engine
 from canwire.hub.owner.entrance import open_session
 from canwire.hub.owner.lockstep import keeper
@@ -130,6 +132,29 @@ def bring_up(hub: canwire.Hub, stack: ExitStack, number: int) -> canwire.HubChan
     channel.activate()
     control.start()
     return channel
+
+
+@pytest.mark.skipif(PORTABLE, reason="needs Linux' own platform")
+def test_a_hub_that_is_silent_for_a_while_ends_no_program_that_keeps_its_time() -> None:
+    pytest.importorskip("zenoh")
+    with stage(2, way=BY_NETWORK) as made:
+        silent = threading.Event()
+        made.program("a", lambda hub: silent.wait(LONG_S))  # its turn comes first, and it computes
+        link = NetworkLink(made._network, "b", patience=Patience(call_s=LONG_S))
+        link._patience = Patience(call_s=0.05)
+        hears = link._asker._heard_since
+
+        def looks(began_s: float, silence_s: float) -> None:
+            hears(began_s, silence_s)
+            if time.monotonic() - max(began_s, link._pump.heard_ns / 1e9) > link._patience.call_s:
+                silent.set()
+
+        link._asker._heard_since = looks  # type: ignore[method-assign]
+        with Hub(link) as hub:
+            hub.keep_time("b")
+            assert silent.is_set()
+            assert hub.now_ns() == 0
+        made.end()
 
 
 @pytest.mark.smoke

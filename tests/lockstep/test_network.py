@@ -120,8 +120,11 @@ def test_a_long_call_in_c_loses_nobody_its_place(tmp_path: Path) -> None:
 
 
 CUT = """
-import canwire
-with canwire.connect() as hub:
+import canwire, os
+from canwire.hub.links.network.client import NetworkLink
+from canwire.hub.links.network.session.settings import Patience
+with canwire.Hub(NetworkLink(os.environ["CANWIRE_HUB"], "b", patience=Patience(timed_s=1.6))) as hub:
+    hub.keep_time("b")
     print("ready", flush=True)
     try:
         while True:
