@@ -287,7 +287,7 @@ def test_who_looks_on_holds_nobody_up_and_has_the_time() -> None:
         made.end()
         assert (viewer.timed, viewer.virtual, viewer.now_ns()) == (False, False, 3_600_000_000_000)
         assert viewer.time_state().programs == ()
-        assert "a (" in made.said.get(timeout=LONG_S)
+        made.hears("a (")
         viewer.close()
 
 
