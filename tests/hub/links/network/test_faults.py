@@ -68,7 +68,7 @@ def little_patience(hub: Hub) -> Iterator[None]:
     link = hub._link
     assert isinstance(link, NetworkLink)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(link._asker, "_silence_s", 0.4)
+        patch.setattr(link, "_patience", link._patience._replace(call_s=0.4))
         yield
 
 

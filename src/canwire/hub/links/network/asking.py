@@ -31,7 +31,7 @@ _LOOK_S = 0.1
 class Asker:
     """Sends calls by `send`, or as queries of this key, whose replies `answered` gets.
 
-    A call raises HubLost after `silence_s` without any message from the hub.
+    A call raises HubLost after its `silence_s` without any message from the hub.
     """
 
     def __init__(
@@ -42,7 +42,6 @@ class Asker:
         send: Callable[[bytes], object],
         pump: Pump,
         address: str,
-        silence_s: float,
     ) -> None:
         zenoh = load_zenoh()
         self._session = session
@@ -53,9 +52,8 @@ class Asker:
         self._key = key
         self._pump = pump
         self._address = address
-        self._silence_s = silence_s
 
-    def insist(self, call: Call, asked: Asked) -> tuple[Answer, Answered]:
+    def insist(self, call: Call, asked: Asked, silence_s: float) -> tuple[Answer, Answered]:
         """Repeat the call, each time with a new stamp, until it is answered; HubLost after too long a silence."""
         began_s = time.monotonic()
         again_s, pause_s = began_s, _FIRST_S
@@ -70,17 +68,17 @@ class Asker:
                 again_s, pause_s = now_s + pause_s, min(2 * pause_s, _LONGEST_S)
             with contextlib.suppress(TimeoutError):
                 return call.answered.result(min(_LOOK_S, max(0.0, again_s - time.monotonic())))
-            self._heard_since(began_s)
+            self._heard_since(began_s, silence_s)
 
-    def await_arrival(self, said: Answered) -> None:
+    def await_arrival(self, said: Answered, silence_s: float) -> None:
         """Wait for everything that was sent before this answer."""
         began_s = time.monotonic()
-        while not self._pump.await_arrival(said.positions, self._silence_s):
-            self._heard_since(began_s)
+        while not self._pump.await_arrival(said.positions, silence_s):
+            self._heard_since(began_s, silence_s)
 
-    def _heard_since(self, began_s: float) -> None:
+    def _heard_since(self, began_s: float, silence_s: float) -> None:
         silent_s = time.monotonic() - max(began_s, self._pump.heard_ns / 1e9)
-        if silent_s > self._silence_s:
+        if silent_s > silence_s:
             raise HubLost(
                 f"no message from {self._address} for {silent_s:.1f} s; channels stay open, and continue "
                 "if the network comes back"

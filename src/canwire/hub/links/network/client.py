@@ -43,9 +43,9 @@ if TYPE_CHECKING:
 class NetworkLink:
     """The Link of hub/protocol/link.py over Zenoh. Threads of Zenoh receive, a separate thread sends.
 
-    A call raises HubLost if nothing arrived from the hub for `patience.call_s`, but leases stay open: once the network
-    is back, everything continues from the same position. The link is `lost` when the hub reports its end, or when the
-    connection is broken and not restored in time. A fork of this process cannot use it.
+    A call raises HubLost if nothing arrived from the hub for `patience.call_s` (in lockstep `timed_s`), but leases stay
+    open: once the network is back, everything continues from the same position. The link is `lost` when the hub reports
+    its end, or when the connection is broken and not restored in time. A fork of this process cannot use it.
 
     Raises BadValue for an invalid address, HubLost if no such hub is found, HubError if it refuses this user,
     BadMessage if it uses another version.
@@ -98,7 +98,6 @@ class NetworkLink:
             self._send,
             self._pump,
             address,
-            self._patience.call_s,
         )
         LIVING.add(self)
         try:
@@ -118,14 +117,17 @@ class NetworkLink:
             call = self._calls[serial] = Call(request, payload)
             oldest = min(self._calls)
         rings = ring_states.left(self._pump.mirrors()) if self._timed else ()
+        timed = self._timed or isinstance(request, m.JoinTime)
+        silence_s = self._patience.timed_s if timed else self._patience.call_s
         asked = Asked(serial, oldest, self._host, self._pump.written(), payload, rings)
         try:
-            answer, said = self._asker.insist(call, asked)
+            answer, said = self._asker.insist(call, asked, silence_s)
         finally:
             with self._lock:
                 self._calls.pop(serial, None)
-        self._timed |= isinstance(request, m.JoinTime)
-        self._asker.await_arrival(said)
+        if timed:
+            self._timed = True
+        self._asker.await_arrival(said, silence_s)
         ring_states.acknowledged(said.taken, self._pump.mirror)
         return answer
 

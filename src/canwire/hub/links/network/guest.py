@@ -26,6 +26,7 @@ from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.notes import OutgoingNotes
 from canwire.hub.links.network.opening import Opened, filled, taken_over
 from canwire.hub.links.network.pump import Pump
+from canwire.hub.links.network.session.settings import TIMED_SILENCE_S
 from canwire.hub.links.stream.client import StreamLink
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 CALLS = 64  # of one client that wait at a time
 _CALL = bytes((wire.CALL,))
 _ROOM = 1 << 14  # bytes of requests on their way to the hub, which its socket accepts without blocking
-_ARRIVAL_S = 1.0  # what was sent before a call is waited for so long
+_ARRIVAL_S = 1.0  # what was sent before a call is waited for so long, in lockstep longer
 
 Reply = Callable[[bytes], object]
 
@@ -215,7 +216,8 @@ class Guest:
         request = self._checked(asked)
         if request is None:
             return
-        if not self.pump.await_arrival(asked.positions, _ARRIVAL_S):
+        arrival_s = TIMED_SILENCE_S if self._places.timed else _ARRIVAL_S
+        if not self.pump.await_arrival(asked.positions, arrival_s):
             raise HubError(
                 "what was sent before this call did not arrive: the network loses too much; try again"
             )

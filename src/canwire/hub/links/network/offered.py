@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 from canwire.hub.links.network import keys
 from canwire.hub.links.network.access import Access
-from canwire.hub.links.network.session.settings import CUT_S, LEASE_S
+from canwire.hub.links.network.session.settings import CUT_S, LEASE_S, TIMED_SILENCE_S
 
 LOOPBACK = f"tcp/127.0.0.1:{keys.PORT}"
 GRACE_S = 2.0  # a client whose connection is broken may return within this time
-TIMED_SILENCE_S = 30.0  # then a client that others wait for is dropped: as long as cuts are tolerated
 AGE_S = 2.0  # of commands, which are refused after that
 
 

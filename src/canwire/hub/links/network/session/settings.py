@@ -23,6 +23,7 @@ _STRANGERS = 2_000  # connections without a login; with Zenoh's own 100, a hundr
 _STRANGER_MS = 3_000  # ... kept all programs out for 10 s
 LEASE_S = 10.0  # silence of the other machine after which Zenoh gives a connection up ...
 CUT_S = 30.0  # ... and how much longer both ends keep open handles: cuts of 30 s, and the time to reconnect
+TIMED_SILENCE_S = 30.0  # each end of a program in lockstep bears as much: no result depends on a busy machine
 _ALL = ["put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"]
 _TOKENS = ["liveliness_token", "liveliness_query", "declare_liveliness_subscriber"]
 _BOTH = ["ingress", "egress"]
@@ -31,10 +32,11 @@ Settings = dict[str, Any]
 
 
 class Patience(NamedTuple):
-    """How long silence is tolerated: by a call, by a link whose connection is broken or was dropped as silent, and by
-    a connection attempt."""
+    """How long silence is tolerated: by a call, by one of a program in lockstep, by a link whose connection is broken
+    or was dropped as silent, and by a connection attempt."""
 
     call_s: float = 1.7
+    timed_s: float = TIMED_SILENCE_S
     broken_s: float = 1.5
     lease_s: float = LEASE_S
     cut_s: float = CUT_S
