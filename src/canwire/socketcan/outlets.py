@@ -1,7 +1,4 @@
-"""Messages that wait until a program's socket has room, up to a limit, and senders that wait until a line has room.
-
-Messages beyond the limit are counted as lost.
-"""
+"""Messages that wait until a program's socket has room for them, up to a limit; further ones are counted as lost."""
 
 from __future__ import annotations
 
@@ -14,19 +11,14 @@ from collections import deque
 from functools import cache
 from typing import TYPE_CHECKING
 
-from canwire.socketcan.loop import READABLE
-from canwire.socketcan.table import STUCK, USUAL_RECEIVE_BUFFER
+from canwire.socketcan.table import USUAL_RECEIVE_BUFFER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy
 
-    from canwire import RingEnd
-    from canwire.socketcan.interfaces import Interface
-    from canwire.socketcan.loop import Timer
     from canwire.socketcan.rings import RingPair
-    from canwire.socketcan.setting import Setting
 
     Array = numpy.ndarray
 
@@ -34,8 +26,6 @@ USUAL_LIMIT = 4096  # frames, where a program has not set SO_RCVBUF: a hub in fa
 BYTES_EACH = 768  # of SO_RCVBUF that has been set: what a frame takes in a kernel of 64 bits
 MOST_IN_PAIR = 512  # frames: a kernel's usual limit; fewer than half the rows beside them (shim/ring.h)
 CONGESTED = 1024  # waiting frames for which a hub in fast time is held up
-_ROOM = 256  # frames for which a sender that waits is woken
-_STUCK_S = 0.25
 PATIENCE_S = 0.2  # which so long at most; a program that reads nothing is waited for once
 
 
@@ -117,54 +107,6 @@ class RowOutlet:
             self._congested_since_s = now_s
         self._given_up = now_s - self._congested_since_s > PATIENCE_S
         return not self._given_up
-
-
-class LineRoom:
-    """Senders that wait until a line's transmit queue has room; `writing` is its end, which they all share."""
-
-    def __init__(self, setting: Setting, interface: Interface, writing: RingEnd) -> None:
-        self._setting = setting
-        self._interface = interface
-        self._writing = writing
-        self._waiting: deque[Callable[[], object]] = deque()
-        self._stuck: Timer | None = None
-        writing.threshold = _ROOM
-        setting.loop.watch(writing.descriptor.fileno(), READABLE, self._has_room)
-
-    def wait(self, call: Callable[[], object]) -> None:
-        """Call this once there is room for more."""
-        self._waiting.append(call)
-        self._writing.ring.free()
-        self._writing.ring.arm_free()
-        if self._stuck is None:
-            self._look_again()
-
-    def end(self) -> list[Callable[[], object]]:
-        """Before the channel is closed: who waits."""
-        waiting, self._waiting = self._waiting, deque()
-        self._setting.loop.forget(self._writing.descriptor.fileno())
-        return list(waiting)
-
-    def _has_room(self, _: int) -> None:
-        self._writing.descriptor.clear()
-        if self._interface.flags & STUCK:
-            self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK)
-        waiting, self._waiting = self._waiting, deque()
-        for call in waiting:
-            call()
-
-    def _look_again(self) -> None:
-        taken = self._writing.ring.taken
-        self._stuck = self._setting.loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
-
-    def _look_for_progress(self, taken: int) -> None:
-        """A program that waits for room learns that there is none: ENOBUFS."""
-        self._stuck = None
-        if not self._waiting:
-            return
-        stuck = STUCK if self._writing.ring.taken == taken else 0
-        self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK | stuck)
-        self._look_again()
 
 
 class MessageOutlet:

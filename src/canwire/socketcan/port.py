@@ -13,7 +13,7 @@ from canwire.socketcan.interfaces import FULL, WENT
 from canwire.socketcan.lines import Company, channel_on
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.netlink.restarting import Restarting
-from canwire.socketcan.outlets import LineRoom
+from canwire.socketcan.sockets.line_room import LineRoom
 from canwire.socketcan.table import GONE, OFF, UP
 from canwire.socketcan.wire import (
     LOCAL,

@@ -1,0 +1,68 @@
+"""Senders that wait until a line's transmit queue has room."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from canwire.socketcan.loop import READABLE
+from canwire.socketcan.table import STUCK
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from canwire import RingEnd
+    from canwire.socketcan.interfaces import Interface
+    from canwire.socketcan.loop import Timer
+    from canwire.socketcan.setting import Setting
+
+_ROOM = 256  # frames for which a sender that waits is woken
+_STUCK_S = 0.25
+
+
+class LineRoom:
+    """`writing` is the queue's end, which all senders share."""
+
+    def __init__(self, setting: Setting, interface: Interface, writing: RingEnd) -> None:
+        self._setting = setting
+        self._interface = interface
+        self._writing = writing
+        self._waiting: deque[Callable[[], object]] = deque()
+        self._stuck: Timer | None = None
+        writing.threshold = _ROOM
+        setting.loop.watch(writing.descriptor.fileno(), READABLE, self._has_room)
+
+    def wait(self, call: Callable[[], object]) -> None:
+        """Call this once there is room for more."""
+        self._waiting.append(call)
+        self._writing.ring.free()
+        self._writing.ring.arm_free()
+        if self._stuck is None:
+            self._look_again()
+
+    def end(self) -> list[Callable[[], object]]:
+        """Before the channel is closed: who waits."""
+        waiting, self._waiting = self._waiting, deque()
+        self._setting.loop.forget(self._writing.descriptor.fileno())
+        return list(waiting)
+
+    def _has_room(self, _: int) -> None:
+        self._writing.descriptor.clear()
+        if self._interface.flags & STUCK:
+            self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK)
+        waiting, self._waiting = self._waiting, deque()
+        for call in waiting:
+            call()
+
+    def _look_again(self) -> None:
+        taken = self._writing.ring.taken
+        self._stuck = self._setting.loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
+
+    def _look_for_progress(self, taken: int) -> None:
+        """A program that waits for room learns that there is none: ENOBUFS."""
+        self._stuck = None
+        if not self._waiting:
+            return
+        stuck = STUCK if self._writing.ring.taken == taken else 0
+        self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK | stuck)
+        self._look_again()
