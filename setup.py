@@ -24,6 +24,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.bus.can.bit_layout": 2,
     "canwire.bus.can.frame_reader": 2,
     "canwire.bus.can.tally": 1,
+    "canwire.holding": 1,
     "canwire.bus.can.station": 2,
     "canwire.bus.can.stimulus": 2,
     "canwire.bus.can.echo": 2,

@@ -30,6 +30,7 @@ ROOMS = [
     "databases",
     "timeline",
     "ring",
+    "holding",
     "pacing",
     "held_time",
     "threads",

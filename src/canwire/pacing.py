@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 
 from canwire.errors import CanwireError
+from canwire.holding import Hold
 from canwire.timeline import NEVER, Timeline
 
 LARGEST_GAP_NS = 1_000_000_000  # what is later than this is left out
@@ -54,19 +55,26 @@ class Pacer:
         with self.holding():
             return max(0, self._late_ns())
 
-    @contextmanager
-    def holding(self) -> Iterator[None]:
-        """While held, nothing happens on the timeline. An engine that is late lets all waiting threads run first."""
-        asked = object()
-        self._asked.add(asked)
-        try:
-            with self._lock:
-                self._asked.discard(asked)
-                yield
-                if self._letting_in:
-                    self._changed.notify_all()
-        finally:
-            self._asked.discard(asked)
+    def holding(
+        self, entered: Callable[[], object] | None = None, leaving: Callable[[], object] | None = None
+    ) -> Hold:
+        """While held, nothing happens on the timeline. An engine that is late lets all waiting threads run first.
+
+        `entered` is called first, and `leaving` last.
+        """
+        return Hold(self._lock, self._asked, entered=entered, leaving=leaving or self._let_engine_in)
+
+    def working(self) -> Hold:
+        """The same to add work: the time is this moment's, and the engine looks at the timeline anew."""
+        return self.holding(self._begin_work, self.wake)
+
+    def _let_engine_in(self) -> None:
+        if self._letting_in:
+            self._changed.notify_all()
+
+    def _begin_work(self) -> None:
+        self.check()
+        self.catch_up()
 
     def catch_up(self) -> None:
         """Bring the timeline's `now_ns` to this moment; in `holding`."""
@@ -137,7 +145,7 @@ class Pacer:
     def _make_locks(self) -> None:
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)  # the engine alone waits for it
-        self._asked: set[object] = set()  # who wants to hold the timeline and does not yet
+        self._asked: set[Hold] = set()  # who wants to hold the timeline and does not yet
         self._letting_in = False
         self._bells: set[threading.Lock] = set()  # of those in `wait`
         self._failed = threading.Event()

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from canwire.errors import BadValue, Closed, NotIdle, WrongState
 from canwire.forks import hear_of_forks
 from canwire.held_time import HeldTime
+from canwire.holding import Hold
 from canwire.lab.selection import Selection
 from canwire.pacing import Pacer
 from canwire.timeline import NEVER, Timeline, Timer
@@ -190,9 +191,9 @@ class LabTime:
             if self._soon:  # one of them raised: the others are not to blame
                 self._call_back_soon()
 
-    def touch(self) -> AbstractContextManager[None]:
+    def touch(self) -> AbstractContextManager[None] | Hold:
         """Stop the timeline while it is changed, and wake its engine afterwards."""
-        return _UNSHARED if self.pacer is None else self._locked(self.pacer)
+        return _UNSHARED if self.pacer is None else self.pacer.working()
 
     def advance(self, deadline_ns: int, ready: Callable[[], bool]) -> bool:
         """Let time pass until `ready` returns a result, or until the deadline; nodes halt the timeline for arrivals."""
@@ -281,14 +282,6 @@ class LabTime:
             await waiter  # nothing will ever happen unless another task makes it
         else:
             self.held.run_through(self.timeline, due_ns)
-
-    @contextlib.contextmanager
-    def _locked(self, pacer: Pacer) -> Iterator[None]:
-        with pacer.holding():
-            pacer.check()
-            pacer.catch_up()
-            yield
-            pacer.wake()
 
 
 def _resolve(waiter: asyncio.Future[None]) -> None:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 from canwire.boards.lateness import lateness_text
@@ -16,6 +16,7 @@ from canwire.hub.owner.unheard import unheard
 from canwire.timeline import NEVER
 
 if TYPE_CHECKING:
+    from canwire.holding import Hold
     from canwire.hub.owner.world import World
     from canwire.pacing import Pacer
 
@@ -63,7 +64,7 @@ class RealPace:
         behind_ns = self._clock_ns() - self._timeline.wake_ns()
         return max(0, behind_ns), self.skipped_ns
 
-    def holding(self) -> AbstractContextManager[object]:
+    def holding(self) -> AbstractContextManager[object] | Hold:
         """A context for requests to the world, in which no other thread lets time pass."""
         return nullcontext()
 
@@ -222,8 +223,8 @@ class BenchPace(RealPace):
         self.held = True
         self._pacer = pacer
 
-    def holding(self) -> AbstractContextManager[object]:
-        return self._locked()
+    def holding(self) -> AbstractContextManager[object] | Hold:
+        return self._pacer.holding(leaving=self._pacer.wake)
 
     def lateness(self) -> tuple[int, int]:
         return self._pacer.behind_ns(), self._pacer.skipped_ns
@@ -233,9 +234,3 @@ class BenchPace(RealPace):
 
     def run(self) -> float | None:
         return None
-
-    @contextmanager
-    def _locked(self) -> Iterator[None]:
-        with self._pacer.holding():
-            yield
-            self._pacer.wake()
