@@ -43,8 +43,8 @@ from canwire.values import frame, packed_records, slcan_text
 # fmt: off
 MODULES = (
     frame, packed_records, slcan_text, timeline, ring, holding, node, can_bits, bit_layout, frame_reader, tally,
-    station, stimulus, echo, reader_state, clock, coasting, drifting, bit_level, load, joining, stepped, bus_state, can_bus,
-    confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
+    station, stimulus, echo, reader_state, clock, coasting, drifting, bit_level, load, joining, stepped, bus_state,
+    can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
     sja1000, driver, can_fd_driver, message_filter, channel, line, sending, pace, loop, turns, program, shared_page,
     keeper, lockstep_pace, turn_page,
 )

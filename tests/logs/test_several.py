@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import random
 from contextlib import ExitStack
@@ -24,6 +25,7 @@ from canwire import (
 )
 from canwire.hub.handles.event import Event
 from canwire.logs.batch import LogBatch, batch_of
+from canwire.logs.recording import shared
 from canwire.logs.recording.several import SeveralShared
 from tests.hubs import LONG_S, served_here
 
@@ -102,6 +104,16 @@ def test_two_nodes_of_one_bus_have_names_of_their_own(tmp_path: Path) -> None:
             lab.run_for(0.01)
     with open_log(tmp_path / "drive.csv") as log:
         assert [entry.channel for entry in log if entry.frame] == ["can0.a", "can0.b"]
+
+
+def test_lines_of_one_hub_have_one_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is measured: measured for each line, it put frames of two lines a millisecond out of their order."""
+    clocks = itertools.count(10**18, 10**6)
+    monkeypatch.setattr(shared, "epoch_ns", lambda hub: next(clocks))
+    with served_here(tmp_path, CAN_AND_LIN) as address, ExitStack() as closing:
+        sources = shared.shared_sources(["any"], address, canwire.WantedMode(None, None), None, closing)
+        assert len(sources) == 3
+        assert {source.epoch_ns for source in sources} == {10**18}
 
 
 @pytest.mark.realtime

@@ -244,7 +244,7 @@ def save(user: User) -> None:
 @task("trace", "open a log", 1)
 def open_log(user: User) -> None:
     user.choose("Open log…", user.desk.log)
-    user.rows("301").wait_for()
+    user.rows("301").first.wait_for()  # times have these digits, too
     user.page.locator("#shown", has_text="20").wait_for()
 
 

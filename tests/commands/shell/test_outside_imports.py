@@ -17,6 +17,7 @@ import pytest
 
 from canwire.commands.shell import outside_imports
 from canwire.commands.shell.outside_imports import signals_outside_imports
+from canwire.commands.shell.parser import Help, Parser
 from canwire.values import frozen
 
 pytestmark = pytest.mark.finding("faults 10")
@@ -215,6 +216,21 @@ def test_a_class_that_msgspec_asks_for_its_fields_is_finished_first(monkeypatch:
         signals_outside_imports(lambda: reached.append(msgspec.msgpack.encode(mode)))
     assert reached == []
     assert msgspec.msgpack.encode(mode) == b"\x81\xa4size\x01"
+
+
+@pytest.mark.usefixtures("interrupts")
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+def test_the_words_are_read_first() -> None:
+    """argparse gives its arguments other attributes meanwhile, and `canwire dump` ended with an AttributeError, 1."""
+    reached: list[Any] = []
+    parser = Parser(prog="verb")
+    parser.add_argument("lines", nargs="*")
+    parser.formatter_class = lambda prog: os.kill(os.getpid(), signal.SIGINT) or Help(prog)  # type: ignore[assignment, func-returns-value, return-value]
+    with pytest.raises(KeyboardInterrupt):
+        signals_outside_imports(lambda: reached.append(parser.parse_args(["can0"])))
+    assert reached == []
+    parser.formatter_class = Help
+    assert parser.parse_args(["can0"]).lines == ["can0"]
 
 
 class Taken:

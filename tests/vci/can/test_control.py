@@ -60,9 +60,8 @@ def test_a_line_runs_on_while_somebody_uses_it(program: Program, other_program: 
     assert socket.get_line_status().status & vci.CAN_STATUS_ININIT == 0
     assert socket.get_line_status().op_mode == BOTH
     kept.release()
-    assert socket.get_line_status() == vci.CanLineStatus2(
-        status=vci.CAN_STATUS_ININIT, bus_load=socket.get_line_status().bus_load
-    )
+    status = socket.get_line_status()
+    assert status == vci.CanLineStatus2(status=vci.CAN_STATUS_ININIT, bus_load=status.bus_load)
 
 
 @pytest.mark.conforms("X4-40")

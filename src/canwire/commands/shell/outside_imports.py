@@ -2,6 +2,7 @@
 
 The same applies while an attribute of a class is made at its first use (values/frozen.py): msgspec asks for such an
 attribute, takes any exception for its absence, and reports that it cannot encode the object. The signal would be lost.
+It applies to argparse, too, which changes its parser for a while and, if it is interrupted, fails to change it back.
 
 An exception in the import system's own code can leave a module's lock taken, and the next import then waits for the
 lock without end. It can also be raised where the interpreter only prints it (in the callback that removes such a
@@ -29,7 +30,7 @@ Handler = Callable[[int, "FrameType | None"], Any]
 
 PATIENCE_S = 1.0
 _MACHINERY = "<frozen importlib"
-_MAKES_ATTRIBUTES = "canwire.values.frozen"
+_FINISHED_FIRST = ("canwire.values.frozen", "argparse")
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
@@ -102,7 +103,7 @@ def _outermost_import(frame: FrameType | None) -> FrameType | None:
     """Return the frame of the outermost import around this one, within the call of `signals_outside_imports`."""
     found = None
     while frame is not None and frame.f_code is not signals_outside_imports.__code__:
-        if _is_machinery(frame) or frame.f_globals.get("__name__") == _MAKES_ATTRIBUTES:
+        if _is_machinery(frame) or frame.f_globals.get("__name__") in _FINISHED_FIRST:
             found = frame
         frame = frame.f_back
     return found

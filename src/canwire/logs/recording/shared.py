@@ -84,12 +84,15 @@ def shared_sources(
     if name is not None and len(places) > 1:
         raise BadValue(f"channel {name!r}: for one line; these {len(places)} have the names of their buses")
     sources: list[SharedSource | SharedLinSource] = []
+    epoch = epoch_ns(hub)  # the same one for all: it is measured, and sorts the lines' frames
     for called, place in places:
         if place.info.bus_type == "LIN":
             of_lin = WantedMode(None, None) if len(places) > 1 else wanted
-            source: SharedSource | SharedLinSource = shared_lin_source(hub, place, of_lin, name or called)
+            source: SharedSource | SharedLinSource = shared_lin_source(
+                hub, place, of_lin, name or called, epoch
+            )
         else:
-            source = _shared_source(hub, place, wanted, name or called)
+            source = _shared_source(hub, place, wanted, name or called, epoch)
         closing.callback(source.close)
         sources.append(source)
     return sources
@@ -113,7 +116,7 @@ def _places(hub: Hub, lines: Sequence[str]) -> list[tuple[str, LinePlace]]:
     return list(found.values())
 
 
-def _shared_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedSource:
+def _shared_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str, epoch: int) -> SharedSource:
     """Return a source on this line, which is started if it does not run."""
 
     def refuse_other_rates(status: LineStatus) -> None:
@@ -132,6 +135,6 @@ def _shared_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) ->
         if control is not None:
             control.close()
         status = channel.activate()  # its marks stand before all that is heard
-        source = SharedSource(channel, name, epoch_ns(hub), status, closing.pop_all())
+        source = SharedSource(channel, name, epoch, status, closing.pop_all())
         source.address = place.address
         return source

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from canwire.boards.lin.modes import LinLineStatus, LinMode, LinMonitorMode
 from canwire.errors import BadValue, InUse
-from canwire.hub.wall_clock import epoch_ns
 from canwire.hub.wanted_mode import WantedMode
 from canwire.logs.batch import records_of_line
 from canwire.logs.entry import LogEntry, LogMark, MarkKind
@@ -59,9 +58,12 @@ class SharedLinSource(HubSource):
         return self._entries(marks)
 
 
-def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str) -> SharedLinSource:
+def shared_lin_source(
+    hub: Hub, place: LinePlace, wanted: WantedMode, name: str, epoch: int
+) -> SharedLinSource:
     """Return a source with a monitor on this line, which is started as a slave if it does not run.
 
+    `epoch` is what to add to the hub's time, in nanoseconds.
     Raises BadValue, HubError.
     """
     if wanted.data is not None:
@@ -76,7 +78,7 @@ def shared_lin_source(hub: Hub, place: LinePlace, wanted: WantedMode, name: str)
         if status.running and wanted.nominal not in (None, status.bit_rate):
             raise BadValue(f"{place.address} runs at {status.bit_rate} bit/s; leave bit_rate out")
         began = replace(status, time_ns=begin_ns)
-        source = SharedLinSource(monitor, name, epoch_ns(hub), began, closing.pop_all())
+        source = SharedLinSource(monitor, name, epoch, began, closing.pop_all())
         source.address = place.address
         return source
 
