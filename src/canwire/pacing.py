@@ -65,7 +65,7 @@ class Pacer:
         return Hold(self._lock, self._asked, entered=entered, leaving=leaving or self._let_engine_in)
 
     def working(self) -> Hold:
-        """The same to add work: the time is this moment's, and the engine looks at the timeline anew."""
+        """The same to add work: the time is this moment's, and the engine looks at the timeline again afterwards."""
         return self.holding(self._begin_work, self.wake)
 
     def _let_engine_in(self) -> None:

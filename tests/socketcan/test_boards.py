@@ -88,6 +88,22 @@ def test_boards_that_come_and_go_without_end(tmp_path: Path) -> None:
         table.close()
 
 
+@pytest.mark.parametrize("target", ["usb-to-can-fd:1", "HW000077:0", "can0"])
+def test_an_interface_of_a_mapping_stays_as_long_as_its_line(tmp_path: Path, target: str) -> None:
+    """A mapping to a kind of board was taken for gone when any other board came."""
+    config = tmp_path / "canwire.toml"
+    config.write_text('[[bus]]\nname = "can0"\n[[bus]]\nname = "can1"\n')
+    with canwire.connect(time="virtual", config=config) as hub:
+        hub.plug("usb-to-can-fd", "HW000077", buses=("can0", "can0"))
+        table = Table(str(tmp_path / "table"), b"test")
+        interfaces = Interfaces(hub, table, {"can7": target})
+        hub.plug("inducan104", "HW000078", buses=("can1",))
+        assert interfaces.refresh() == []
+        hub.unplug("HW000077")
+        assert "can7" in {one.name for one in interfaces.refresh()}
+        table.close()
+
+
 @pytest.mark.finding("socketcan 9", "faults-2 6")
 def test_a_program_sees_more_boards_than_anybody_has(bench: Bench) -> None:
     for number in range(40):

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from canwire import BadValue, every_line, find_lines
+from canwire import BadValue, NoSuchBoard, every_line, find_lines
 from canwire.socketcan.constants import CAN_MTU, CANFD_MTU
 from canwire.socketcan.table import GONE, OFF, UP, Table
 
@@ -85,7 +85,14 @@ class Interfaces:
         for place in lines:
             there.add(place.address)
             self._know(f"{place.board.hardware_id}_{place.line}", place.address, [place], of_all=False)
-        return [one for one in self.by_index.values() if one.target not in there]
+        return [one for one in self.by_index.values() if one.target not in there and not self._finds(one.target)]
+
+    def _finds(self, target: str) -> bool:
+        """Whether a mapping's target, such as "usb-to-can-fd:1", still means a line."""
+        try:
+            return bool(find_lines(self.hub, target, "CAN"))
+        except NoSuchBoard:
+            return False
 
     def remove(self, interface: Interface) -> None:
         """Remove an interface."""
