@@ -85,7 +85,9 @@ class Interfaces:
         for place in lines:
             there.add(place.address)
             self._know(f"{place.board.hardware_id}_{place.line}", place.address, [place], of_all=False)
-        return [one for one in self.by_index.values() if one.target not in there and not self._finds(one.target)]
+        return [
+            one for one in self.by_index.values() if one.target not in there and not self._finds(one.target)
+        ]
 
     def _finds(self, target: str) -> bool:
         """Whether a mapping's target, such as "usb-to-can-fd:1", still means a line."""
