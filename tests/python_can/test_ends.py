@@ -13,7 +13,8 @@ import can
 import pytest
 
 from canwire.platform import EventDescriptor
-from canwire.python_can import CanwireBus
+from canwire.python_can import CanwireBus, receiver
+from canwire.python_can.ending import OpenBuses
 from tests.hubs import Served
 from tests.python_can.programs import Open, Program
 
@@ -46,6 +47,18 @@ def test_a_program_that_forgets_shutdown_ends(program: Program, open_bus: Open, 
     if what == "sent":
         heard = [other.recv(LONG).arbitration_id for _ in range(300)]
         assert heard == list(range(300))
+
+
+def test_a_thread_that_receives_at_the_end_gets_no_error(
+    open_bus: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """python-can's Notifier printed it in a daemon thread while the interpreter ended, which aborts: status -6."""
+    bus = open_bus()
+    ending = OpenBuses()
+    ending.add(bus)
+    monkeypatch.setattr(receiver, "OPEN_BUSES", ending)
+    ending.end()
+    assert bus.recv(0.001) is None
 
 
 @pytest.mark.finding("python-can 1")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import logging
 import os
+import threading
 from typing import Protocol
 from weakref import WeakSet
 
@@ -26,6 +27,7 @@ class OpenBuses:
 
     def __init__(self) -> None:
         self._buses: WeakSet[Ending] = WeakSet()
+        self._over = False
 
     def add(self, bus: Ending) -> None:
         self._buses.add(bus)
@@ -35,9 +37,20 @@ class OpenBuses:
 
     def end(self) -> None:
         """Shut down all buses: waiting messages are sent, and everything is closed."""
+        self._over = True
         for bus in list(self._buses):
             _LOG.warning("%s was not properly shut down", type(bus).__name__)
             bus.shutdown()
+
+    def outlasts(self, timeout: float | None) -> bool:
+        """Whether `end` was called; if so, after this many seconds.
+
+        A thread that receives does so until the process ends. With an error instead, python-can's Notifier prints a
+        traceback, and a daemon thread that prints while the interpreter ends aborts the process.
+        """
+        if self._over:
+            threading.Event().wait(timeout)
+        return self._over
 
     def leave_to_parent(self) -> None:
         """In a fork of the process: the buses and the messages in them belong to the parent."""

@@ -13,6 +13,7 @@ from can.bus import LOG
 
 from canwire import BusEvent, CanwireError, Closed, ErrorState, EventKind, HubChannel, LineStatus
 from canwire.python_can.clock import HubClock
+from canwire.python_can.ending import OPEN_BUSES
 from canwire.python_can.messages import take_messages
 
 _BATCH = 128
@@ -75,7 +76,12 @@ class Receiver:
 
         Raises CanwireError if no more messages can arrive.
         """
-        self._check()
+        try:
+            self._check()
+        except Closed:
+            if OPEN_BUSES.outlasts(timeout):
+                return None
+            raise
         try:
             return self._received(timeout)
         except Closed:
