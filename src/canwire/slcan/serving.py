@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from canwire import Event, Unplugged
+from canwire import Event, HubLost, Unplugged
 from canwire.slcan.can_side import TRANSMIT_QUEUE
 from canwire.slcan.dongle import Dongle
 from canwire.slcan.pace import Pace
@@ -105,10 +105,17 @@ class Service:
             while self._served:
                 for key, _ in self._selector.select(self._look()):
                     if key.data is None:
+                        self._count_the_last()
                         return
                     key.data()
         finally:
             self._selector.unregister(stop.fileno())
+
+    def _count_the_last(self) -> None:
+        """Fetch what has arrived from the CAN side, so that the counters at the end are complete."""
+        for served in list(self._served):
+            with contextlib.suppress(HubLost):
+                self._work(served, served.dongle.pump)
 
     def close(self) -> None:
         self._selector.close()
