@@ -89,7 +89,7 @@ static unsigned received_after(int fd, unsigned *lost)
 
 #define COUNT 20000u
 
-/* A socket that is bound to nothing waits for room like any other; a reader that is late loses what it is told. */
+/* A socket that is bound to nothing waits for room like any other; a reader that is late learns how many frames it has lost. */
 static void unbound(void)
 {
     int reader = bound(), sender = socket(PF_CAN, SOCK_RAW, CAN_RAW), yes = 1;

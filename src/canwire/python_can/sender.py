@@ -46,8 +46,7 @@ class Sender:
     def left(self) -> int:
         """The hub or the board is gone: how many messages it had not taken."""
         with self._lock:
-            ring = self._end.ring
-            return ring.capacity - ring.free()
+            return self._end.ring.fill()
 
     def flush(self) -> None:
         """Wait until all messages were sent; if they make no progress, log that and return."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # a busy machine takes long, too
+_PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # 1.6 s, for a busy machine
 _OPEN = FilterSetup(FilterMode.PASS, 0)  # each receive channel has its own filter
 _CONFIGURATION = 4  # the MCP2515's OPMOD
 
