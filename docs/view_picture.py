@@ -12,6 +12,8 @@ from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
 
+from textual.widgets import Footer
+
 import canwire
 from canwire import ChannelMode, Frame, Hub, HubChannel, WantedMode
 from canwire.commands.can_line import bring_up
@@ -50,11 +52,17 @@ def traffic(hub: Hub, sender: HubChannel) -> None:
     hub.run_for(0.01)
 
 
+def _has_keys(footer: Footer) -> bool:
+    return bool(footer.children) and all(key.region for key in footer.children)
+
+
 async def drawn(screen: ViewScreen) -> str:
     async with screen.run_test(size=SIZE) as pilot:
         screen.query_one(Rows).action_move(1)
         screen.look()
         await pilot.pause()
+        while not _has_keys(screen.query_one(Footer)):  # on a busy machine a pause ends before all is shown
+            await pilot.pause()
         return screen.export_screenshot(title="canwire view can0 --db car.dbc")
 
 

@@ -24,6 +24,7 @@ from tests import warm
 from tests.commands.acan.bench import LONG_S, ONE, TWO, Bench
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
+from tests.commands.idle import piloted
 
 MANUALS = """\
 10:04:17 - 00001001000 - 61 | a
@@ -493,7 +494,7 @@ def test_the_window() -> None:
     app = window(wire.driver())
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             assert lines(app)[0] == "CAN Spy - Version 1.0"
             wire.put(Frame(0x48, b"a"))
             await pilot.pause()
@@ -517,7 +518,7 @@ def test_the_window_keeps_what_the_trace_keeps() -> None:
     app = window(Wire().driver())
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.pause()
             app.spy.trace.take(Frame(number) for number in range(1500))
             await pilot.pause()
@@ -533,7 +534,7 @@ def test_send_in_the_window() -> None:
     app = window(wire.driver(), messages=("00000000001 -", "00000000010 -"))
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             assert wire.frames == [Frame(1), Frame(2)]
             await pilot.press("ctrl+s")
             await pilot.pause()
@@ -562,7 +563,7 @@ def test_redirect_in_the_window(tmp_path: Path) -> None:
     file = tmp_path / "trace.txt"
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.press("f10", "enter")  # File/Redirect to...
             await pilot.pause()
             app.screen.query_one("#field0").value = str(tmp_path)
@@ -588,7 +589,7 @@ def test_what_ends_the_window(error: HubLost | None) -> None:
     app = window(driver)
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             driver.failure = error
             app.guarded(app.check)
             await pilot.pause()

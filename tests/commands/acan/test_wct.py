@@ -23,6 +23,7 @@ from canwire.commands.acan.words import parsed
 from tests import warm
 from tests.commands.acan.double import Wire
 from tests.commands.acan.screen import ON_DOUBLE, OpenScreen, environment
+from tests.commands.idle import piloted
 
 MANUALS = "[WCT]\r\nClock=16000\r\nRate=125\r\nLocal=3\r\nTarget=5\r\nEcho=1\r\nLoop=0\r\n"
 
@@ -216,7 +217,7 @@ def test_keys_go_out_and_what_comes_is_shown(tmp_path: Path) -> None:
     app = window(wire.driver(), Settings(local=1, target=2), tmp_path / "WCT.INI")
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.press("h", "i", "space", "enter", "ctrl+u")
             assert two.received() == b"hi \r" + SEQUENCE
             await pilot.press("ctrl+t")
@@ -239,7 +240,7 @@ def test_options_can(tmp_path: Path) -> None:
     app = window(driver, Settings(local=1, target=2), path)
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.press("f10", "right", "enter")
             await pilot.pause()
             fields = list(app.screen.query("Input"))
@@ -272,7 +273,7 @@ def test_file_quit(tmp_path: Path, keys: tuple[str, ...]) -> None:
     app = window(driver, Settings(), tmp_path / "WCT.INI")
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.press(*keys)
             await pilot.pause()
             assert not app.is_running or app._exit
@@ -288,7 +289,7 @@ def test_what_ends_a_window(tmp_path: Path) -> None:
     app = window(driver, Settings(), tmp_path / "WCT.INI")
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             await pilot.pause()
 
     asyncio.run(story())
@@ -302,7 +303,7 @@ def test_a_lost_hub_ends_a_window(tmp_path: Path) -> None:
     app = window(driver, Settings(), tmp_path / "WCT.INI")
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             driver.failure = HubLost("the hub is gone")
             app.guarded(app.check)
             await pilot.pause()
@@ -318,7 +319,7 @@ def test_bus_errors_stand_in_the_last_line(tmp_path: Path) -> None:
     app = window(driver, Settings(), tmp_path / "WCT.INI")
 
     async def story() -> None:
-        async with app.run_test() as pilot:
+        async with piloted(app) as pilot:
             driver.happen(acan.Condition.BUSERR, ecc=0xD9)
             await pilot.pause()
             assert status(app) == "bus error at the acknowledge slot, sending: nobody acknowledges"

@@ -23,6 +23,7 @@ from canwire.commands.view.table import Table
 from canwire.commands.view.verb import Plain
 from tests import warm
 from tests.commands.acan.screen import Screen
+from tests.commands.idle import piloted
 
 textual = pytest.importorskip("textual")
 
@@ -69,7 +70,7 @@ def bench() -> Iterator[Bench]:
 
 def driven(app: Any, steps: Callable[[Any], Awaitable[None]]) -> None:
     async def run() -> None:
-        async with app.run_test(size=(120, 20)) as pilot:
+        async with piloted(app, size=(120, 20)) as pilot:
             await steps(pilot)
 
     asyncio.run(asyncio.wait_for(run(), LONG_S))
