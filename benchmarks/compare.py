@@ -1,15 +1,18 @@
 """Whether a commit is slower than another one, row by row, in the same run.
 
     python benchmarks/compare.py OLD [NEW]        commits; without NEW this folder as it is, uncommitted changes too
-    python benchmarks/compare.py OLD --short      fewer rounds, and only rows that a changed file could touch
+    python benchmarks/compare.py OLD --short      .ci/run's form: only what a changed file could touch
     python benchmarks/compare.py --rows           what is measured
 
-Each is built in a folder of its own (compiled files are copied where their sources are the same). Each row has two
-processes that stay on one core, and take turns: old, new, new, old, a tenth of a second each, as many times as
-`--rounds` says. What else the machine does comes and goes more slowly than that, so it meets both alike. A ratio
-above 1 says that NEW is quicker; it is the median of the rounds, and beside it stand the quartiles. A row whose ratio
-by processor time is below 0.9 is measured once more, by other processes; the status is 1 if that is below 0.9 too.
-Rows that OLD cannot run yet are named.
+Each is built in a folder of its own: the core alone, and an extension is copied from the other one, or from the folder
+of packages that `--built` names, where it is made of the same sources. Each row has two processes that stay on one
+core, and take turns: old, new, new, old, a tenth of a second each, as many times as `--rounds` says. What else the
+machine does comes and goes more slowly than that, so it meets both alike. A ratio above 1 says that NEW is quicker; it
+is the median of the rounds, and beside it stand the quartiles. A row whose ratio by processor time is below 0.9 is
+measured once more, by other processes; the status is 1 if that is below 0.9 too. Rows that OLD cannot run are named.
+
+`--short` has no wall clock, and ends a row after three rounds if none of them is below 0.95. If OLD is not in a clone
+without its whole history, it says so and nothing is compared.
 """
 
 from __future__ import annotations
@@ -26,18 +29,20 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from compare_rows import ROWS
+from comparing.builds import Compiled, build, recipes
+from comparing.rows import ROWS
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 LEAST = 0.9
 ROUNDS = {False: 15, True: 7}  # with --short
+ENOUGH, CLEAR = 3, 0.95  # rounds that are enough in the short form if none of them is below this
 SLICE_S = 0.1
 FEWEST = 10_000  # frames that a slice begins with, before it is known how many make a tenth of a second
 
 
 class Compared(NamedTuple):
-    """NEW's rates over OLD's, one for each round: by processor time and by the wall clock."""
+    """NEW's rates over OLD's, one for each round: by processor time and, but for the short form, the wall clock."""
 
     processor: list[float]
     wall: list[float]
@@ -45,6 +50,14 @@ class Compared(NamedTuple):
 
 def git(*words: str) -> str:
     return subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
+def cut_off(commit: str) -> bool:
+    """Whether the commit may be missing because this clone is shallow; SystemExit for one that git does not know."""
+    found = subprocess.run(["git", "cat-file", "-e", f"{commit}^{{commit}}"], cwd=ROOT, capture_output=True)
+    if found.returncode and git("rev-parse", "--is-shallow-repository").strip() == "false":
+        raise SystemExit(f"{commit}: git knows no such commit")
+    return found.returncode != 0
 
 
 def laid_out(commit: str | None, folder: Path) -> Path:
@@ -59,36 +72,8 @@ def laid_out(commit: str | None, folder: Path) -> Path:
     with subprocess.Popen(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE) as archive:
         subprocess.run(["tar", "-x", "-C", folder], stdin=archive.stdout, check=True)
     if archive.returncode:
-        raise SystemExit(f"{commit}: git knows no such commit")
+        raise SystemExit(f"{commit}: git cannot take it out")
     return folder
-
-
-def compiled_sources(folder: Path) -> dict[str, bytes]:
-    """All that compiled files are made of: declarations, and whatever stands beside one or is named by setup.py."""
-    source = folder / "src"
-    found = [folder / "setup.py", *source.rglob("*.pxd"), *source.rglob("*.c"), *source.rglob("*.h")]
-    found += [path.with_suffix(".py") for path in source.rglob("*.pxd")]
-    setup = (folder / "setup.py").read_text("utf-8")
-    found += [
-        path
-        for path in source.rglob("*.py")
-        if f'"{".".join(path.relative_to(source).with_suffix("").parts)}"' in setup
-    ]
-    return {str(path.relative_to(folder)): path.read_bytes() for path in found if path.exists()}
-
-
-def build(folder: Path, like: Path | None) -> None:
-    """Compiled in place; taken from `like` if its compiled files come of the same sources."""
-    if like is not None and compiled_sources(folder) == compiled_sources(like):
-        for path in (like / "src").rglob("*.so*"):
-            shutil.copy2(path, folder / path.relative_to(like))
-        return
-    print(f"compiling {folder.name}", file=sys.stderr, flush=True)
-    environment = {**os.environ, "CANWIRE_BUILD": "require"}
-    command = [sys.executable, "setup.py", "-q", "build_ext", "--inplace"]
-    ended = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    if ended.returncode:
-        raise SystemExit(f"{folder.name} cannot be compiled:\n{ended.stderr[-3000:]}")
 
 
 def touched(old: Path, new: Path) -> list[str]:
@@ -105,17 +90,25 @@ def touched(old: Path, new: Path) -> list[str]:
     before, after = files(old), files(new)
     different = {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
     rooms = {Path(name).parts[0].partition(".")[0] for name in different}
+    made = [set(recipes(folder / "src", folder / "setup.py").items()) for folder in (old, new)]
+    rooms |= {name.split(".")[1] for name, _ in made[0] ^ made[1]}  # setup.py may say something else of them
     return [name for name, row in ROWS.items() if rooms & set(row.touched)]
 
 
 class Runner:
     """A process that measures one row in one folder, a slice at a time."""
 
-    def __init__(self, folder: Path, name: str) -> None:
+    def __init__(self, folder: Path, name: str, *, short: bool = False) -> None:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder / "src"), str(HERE)])}
         self.name = f"{folder.name}, {name!r}"
         self._process = subprocess.Popen(
-            [sys.executable, "-P", str(HERE / "compare_rows.py"), name],
+            [
+                sys.executable,
+                "-P",
+                str(HERE / "comparing" / "rows.py"),
+                name,
+                *(["--processor"] if short else []),
+            ],
             env=environment,
             cwd=folder,
             text=True,
@@ -126,17 +119,17 @@ class Runner:
         if hasattr(os, "sched_setaffinity"):  # cores have different neighbours
             os.sched_setaffinity(self._process.pid, {max(os.sched_getaffinity(0))})
 
-    def rates(self, count: int) -> tuple[float, float]:
-        """By processor time and by the wall clock; raises CannotRun."""
+    def rates(self, count: int) -> list[float]:
+        """By processor time and, except in the short form, by the wall clock; raises CannotRun."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
             self._process.stdin.write(f"{count}\n")
             self._process.stdin.flush()
-            processor, wall = json.loads(self._process.stdout.readline())
+            found: list[float] = json.loads(self._process.stdout.readline())
         except (BrokenPipeError, json.JSONDecodeError):
             raise CannotRun(f"{self.name}: {self._process.communicate()[1].strip()[-300:]}") from None
-        return float(processor), float(wall)
+        return found
 
     def close(self) -> None:
         self._process.kill()
@@ -152,24 +145,26 @@ def slice_size(runner: Runner) -> int:
     count = FEWEST
     while True:
         began = time.perf_counter()
-        runner.rates(count)
-        spent = (time.perf_counter() - began) / 2  # one of them by each clock
+        clocks = len(runner.rates(count))
+        spent = (time.perf_counter() - began) / clocks
         if spent >= SLICE_S / 3:
             return max(FEWEST, round(count * SLICE_S / spent))
         count *= 4
 
 
-def compared(old: Path, new: Path, name: str, rounds: int) -> Compared:
+def compared(old: Path, new: Path, name: str, rounds: int, *, short: bool = False) -> Compared:
     """Old, new, new, old: what becomes slower meanwhile (a warm machine, a neighbour) does so for both."""
     found = Compared([], [])
-    before, after = Runner(old, name), Runner(new, name)
+    before, after = Runner(old, name, short=short), Runner(new, name, short=short)
     try:
         count = slice_size(before)
         after.rates(count)
         for _ in range(rounds):
-            first, second, third, fourth = (runner.rates(count) for runner in (before, after, after, before))
-            found.processor.append((second[0] + third[0]) / (first[0] + fourth[0]))
-            found.wall.append((second[1] + third[1]) / (first[1] + fourth[1]))
+            turns = zip(*(runner.rates(count) for runner in (before, after, after, before)), strict=True)
+            for ratios, (first, second, third, fourth) in zip(found, turns, strict=False):
+                ratios.append((second + third) / (first + fourth))
+            if short and len(found.processor) >= ENOUGH and min(found.processor) >= CLEAR:
+                break
     finally:
         before.close()
         after.close()
@@ -177,18 +172,20 @@ def compared(old: Path, new: Path, name: str, rounds: int) -> Compared:
 
 
 def told(ratios: list[float]) -> str:
+    if len(ratios) < 2:
+        return " ".join(f"{ratio:.2f}" for ratio in ratios)
     low, middle, high = statistics.quantiles(ratios)
     return f"{middle:5.2f} ({low:.2f} to {high:.2f})"
 
 
-def row_by_row(old: Path, new: Path, names: list[str], rounds: int) -> list[str]:
+def row_by_row(old: Path, new: Path, names: list[str], rounds: int, *, short: bool = False) -> list[str]:
     """Prints each row's ratios; returns those that are slower."""
     print(f"{'new over old; 1 is as quick':36}{'processor time':>24}{'wall clock':>24}")
     slower = []
     for name in names:
         try:
             for _ in range(2):
-                ratios = compared(old, new, name, rounds)
+                ratios = compared(old, new, name, rounds, short=short)
                 print(f"{name:36}{told(ratios.processor):>24}{told(ratios.wall):>24}", flush=True)
                 if statistics.median(ratios.processor) >= LEAST:
                     break
@@ -209,22 +206,31 @@ def main() -> int:
     parser.add_argument("--rows", action="store_true")
     parser.add_argument("--rounds", type=int, default=0, metavar="N")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows whose names have it")
+    parser.add_argument(
+        "--built", type=Path, metavar="FOLDER", help="has the package canwire as NEW compiles it"
+    )
     given = parser.parse_args()
     if given.rows:
         print("\n".join(ROWS))
         return 0
     if given.old is None:
         parser.error("OLD is missing: a commit to compare with")
+    if cut_off(given.old):
+        message = f"{given.old} is not in this clone, which is shallow: nothing is compared"
+        if not given.short:
+            raise SystemExit(message)
+        print(message)
+        return 0
     with tempfile.TemporaryDirectory() as scratch:
         old = laid_out(given.old, Path(scratch, "old"))
         new = laid_out(given.new, Path(scratch, "new"))
         names = [name for name in (touched(old, new) if given.short else ROWS) if given.only in name]
         if not names:
-            print("no row could be touched by what is different")
+            print(f"no row could be touched by what is different from {given.old}: nothing is compared")
             return 0
-        build(old, None)
-        build(new, old)
-        slower = row_by_row(old, new, names, given.rounds or ROUNDS[given.short])
+        build(new, [Compiled(given.built, new / "setup.py")] if given.built else [])
+        build(old, [Compiled(new / "src", new / "setup.py")])
+        slower = row_by_row(old, new, names, given.rounds or ROUNDS[given.short], short=given.short)
     if slower:
         print(f"slower than {LEAST} of what it was: {', '.join(slower)}", file=sys.stderr)
     return 1 if slower else 0

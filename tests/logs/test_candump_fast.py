@@ -69,3 +69,10 @@ def test_both_ways_read_the_same(texts: list[str]) -> None:
 def test_what_is_not_plain_is_handed_back(text: str) -> None:
     _, others, count = plain_lines(f"{text}\n".encode(), Source("x.log", BytesIO()))
     assert (others, count) == ([(0, 0, text.encode())], 1)
+
+
+@pytest.mark.parametrize("text", ["(1.000000) can0 123#", "(0.500000) c 12345678#11 R"])
+def test_a_short_line_at_the_beginning_goes_the_quick_way(text: str) -> None:
+    """The seconds of other lines have ten digits, which would begin before the block here."""
+    records, others, _ = plain_lines(f"{text}\n".encode(), Source("x.log", BytesIO()))
+    assert (len(records), others) == (1, [])

@@ -154,3 +154,17 @@ def test_mutated_frames() -> None:
                 if isinstance(item, Frame):
                     again = parse_slcan_frame(format_slcan_frame(item)[:-1], fd=fd)
                     assert again == item
+
+
+@pytest.mark.parametrize("place", [1, 4, 5, 12, 20])
+def test_hex_digits_are_these_and_no_others(place: int) -> None:
+    """All 256 bytes in the place of a digit: identifier, length, data."""
+    line = b"t100811223344556677FF"
+    digits = b"0123456789abcdefABCDEF"
+    allowed = {1: b"01234567", 4: b"8"}.get(place, digits)
+    for byte in set(range(256)) - {13}:
+        changed = line[:place] + bytes([byte]) + line[place + 1 :]
+        found = parse_slcan_frame(changed)
+        assert (found is not None) == (byte in allowed), changed
+        if found is not None and place > 4:
+            assert found.data == bytes.fromhex(changed[5:].decode())

@@ -1,13 +1,13 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 cimport cython
 from canwire.values cimport frame as codec
+from canwire.values cimport hex_text
 from canwire.values.frame cimport Frame
 
-cdef int _LONGEST, _DLC_SHIFT, _NO_DIGIT
+cdef int _LONGEST, _DLC_SHIFT
 cdef unsigned int _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH, _LARGEST_STANDARD, _LARGEST_EXTENDED
 cdef bytes _LENGTHS
 
-cdef int digit(int character) noexcept
 cdef int decimal_code(bytes text, Py_ssize_t at, Py_ssize_t end, int tens) except -1
 
 @cython.final
@@ -21,7 +21,7 @@ cdef class SlcanReader:
     @cython.locals(frame=Frame)
     cdef object _line(self, bytes text, Py_ssize_t start, Py_ssize_t end)
     @cython.locals(info="unsigned int", at=Py_ssize_t, digits=int, identifier="unsigned int", value=int, k=Py_ssize_t,
-                   code=int)
+                   code=int, data=bytes)
     cdef Frame _frame(self, bytes text, Py_ssize_t start, Py_ssize_t end)
     cdef unsigned int _kind(self, int letter) noexcept
     @cython.locals(code=int)

@@ -13,9 +13,10 @@ appendix).
 
 from __future__ import annotations
 
-from binascii import Error, hexlify, unhexlify
+from binascii import hexlify
 
 from canwire.values import frame as codec
+from canwire.values import hex_text
 from canwire.values.arguments import SignatureOf
 from canwire.values.checks import instance, octets, whole
 from canwire.values.dlc import FD_LENGTHS
@@ -27,7 +28,6 @@ _EXTENDED, _REMOTE, _FD, _BIT_RATE_SWITCH = 1 << 23, 1 << 22, 1 << 10, 1 << 11  
 _DLC_SHIFT = 16
 _LARGEST_STANDARD, _LARGEST_EXTENDED = 0x7FF, 0x1FFFFFFF
 _LENGTHS = bytes(FD_LENGTHS)
-_NO_DIGIT = 16
 
 
 def _prototype(*, fd: bool = False) -> None:
@@ -56,11 +56,11 @@ class SlcanReader:
         text = self._rest + (data if data.__class__ is bytes else octets("data", data))
         found: list[Frame | bytes] = []
         start = 0
-        end = text.find(b"\r")
+        end = hex_text.line_end(text, 0)
         while end >= 0:
             found.append(self._line(text, start, end))
             start = end + 1
-            end = text.find(b"\r", start)
+            end = hex_text.line_end(text, start)
         kept = len(text) - start
         if kept > _LONGEST + 1:
             self.dropped += kept - _LONGEST - 1
@@ -94,8 +94,8 @@ class SlcanReader:
             return None
         identifier = 0
         for k in range(at, at + digits):
-            value = digit(text[k])
-            if value == _NO_DIGIT:
+            value = hex_text.digit(text[k])
+            if value == hex_text.NO_DIGIT:
                 return None
             identifier = identifier << 4 | value
         if not info & _EXTENDED:
@@ -110,19 +110,18 @@ class SlcanReader:
             return self._remote(text, at, end, identifier, info)
         if at == end:
             return None
-        code = digit(text[at])
+        code = hex_text.digit(text[at])
         at += 1
         if info & _FD:
-            if code == _NO_DIGIT or end - at != 2 * _LENGTHS[code]:
+            if code == hex_text.NO_DIGIT or end - at != 2 * _LENGTHS[code]:
                 code = decimal_code(text, at, end, code)
                 at += 1
-            if code == _NO_DIGIT:
+            if code == hex_text.NO_DIGIT:
                 return None
         elif code > 8 or end - at != 2 * code:
             return None
-        try:
-            data = unhexlify(text[at:end])
-        except Error:
+        data = hex_text.octets_of(text, at, end)
+        if data is None:
             return None
         return codec._restore(identifier, info | code << _DLC_SHIFT, data, 0)
 
@@ -151,28 +150,18 @@ class SlcanReader:
     def _remote(self, text: bytes, at: int, end: int, identifier: int, info: int) -> Frame | None:
         code = 0
         if at < end:
-            code = digit(text[at])
+            code = hex_text.digit(text[at])
             if code > 8 or at + 1 != end:
                 return None
         return codec._restore(identifier, info | code << _DLC_SHIFT, b"", 0)
 
 
-def digit(character: int) -> int:
-    """The value of a hex digit, 0..15; 16 for other characters."""
-    if 48 <= character <= 57:
-        return character - 48
-    character |= 32
-    if 97 <= character <= 102:
-        return character - 87
-    return _NO_DIGIT
-
-
 def decimal_code(text: bytes, at: int, end: int, tens: int) -> int:
     """An FD frame's DLC of two decimal digits, 10..15, whose second one is at `at`; 16 if they are no such DLC."""
     if tens != 1 or at == end or not 48 <= text[at] <= 53:
-        return _NO_DIGIT
+        return hex_text.NO_DIGIT
     code = text[at] - 38
-    return code if end - at - 1 == 2 * _LENGTHS[code] else _NO_DIGIT
+    return code if end - at - 1 == 2 * _LENGTHS[code] else hex_text.NO_DIGIT
 
 
 def parse_slcan_frame(line: bytes, *, fd: bool = False) -> Frame | None:

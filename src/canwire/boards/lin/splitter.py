@@ -24,6 +24,7 @@ class LinSplitter(LinEar):
         self._active: list[LinMonitor] = []
         self._hearing: list[Queue] = []
         self._hearing_own: list[Queue] = []
+        self.hears = self.hears_own = False
         self._timeline = timeline
         self._tick_ns = tick_ns
         self._timer: Timer | None = None
@@ -49,18 +50,17 @@ class LinSplitter(LinEar):
         hearing = [monitor for monitor in self._active if monitor.mode.frames]
         self._hearing = [monitor.queue for monitor in hearing]
         self._hearing_own = [monitor.queue for monitor in hearing if monitor.mode.own]
+        self.hears, self.hears_own = bool(self._hearing), bool(self._hearing_own)
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        if self._hearing:
-            record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
-            for free, put in self._hearing:
-                put(record if free() != 1 else marked(record))
+        record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
+        for free, put in self._hearing:
+            put(record if free() != 1 else marked(record))
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
-        if self._hearing_own:
-            record = at_ns.to_bytes(TIME_SIZE, "little") + response.sent_tail
-            for free, put in self._hearing_own:
-                put(record if free() != 1 else marked(record))
+        record = at_ns.to_bytes(TIME_SIZE, "little") + response.sent_tail
+        for free, put in self._hearing_own:
+            put(record if free() != 1 else marked(record))
 
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
         """Deliver an event to every active monitor; without `stamped` its time does not change."""

@@ -35,6 +35,12 @@ class LinBus(LinMedium):
     After `idle_ns` without an edge it calls `quiet` of its nodes (None: never). `bitwise`: always bit by bit.
     """
 
+    # any other attribute of a class whose base is compiled costs a search through its classes and a dictionary
+    __slots__ = ("_busy_from_ns", "_counted_ps", "_deaf_until_ns", "_drowsy", "_due_ns", "_end_ps",
+                 "_followed", "_idleness", "_last_octet", "_members", "_offer", "_offering", "_owner",
+                 "_phase_ps", "_response", "_running", "_sender", "_state", "_subscribers", "bits",
+                 "bitwise", "load", "name", "nodes", "timeline", "wire")  # fmt: skip
+
     def __init__(self, timeline: Timeline, name: str = "", *, idle_ns: int | None = IDLE_NS) -> None:
         self.name = name
         self.timeline = timeline

@@ -88,6 +88,10 @@ class LinNode:
     The bus calls the methods below in the order of bus time. A node may call back only what `LinMedium` offers.
     """
 
+    __slots__ = ("asleep", "awake_since_ns", "bit_ps", "break_bits", "bus", "delimiter_bits", "header_bits",
+                 "headers", "lengths", "models", "name", "offer", "on_bus", "ready_ns", "responses",
+                 "searching", "space_bits", "synchronises")  # fmt: skip
+
     def __init__(self) -> None:
         self.name = ""
         self.bus: LinMedium | None = None

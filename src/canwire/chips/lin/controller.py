@@ -29,14 +29,19 @@ _RESERVED = 0x3E
 
 
 class LinEar:
-    """Receives the frames of a controller, in the order of bus time."""
+    """Receives the frames of a controller, in the order of bus time: those of others if it `hears`, those that the
+    controller sends if it `hears_own`.
+    """
+
+    hears = True
+    hears_own = True
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        """Called when another node's response arrived, with a correct checksum."""
+        """Called when another node's response arrived, with a correct checksum, if it `hears`."""
         raise NotImplementedError
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
-        """Called when this controller's own response was sent."""
+        """Called when this controller's own response was sent, if it `hears_own`."""
         raise NotImplementedError
 
 
@@ -65,6 +70,10 @@ class LinController(LinNode):
 
     `errors` counts by LinErrorKind. What is to be sent waits in the buffer until the wire is free.
     """
+
+    # an object with more than thirty attributes searches a dictionary for each of them
+    __slots__ = ("_bus_off", "_driven", "_headers", "_outcome", "_silence_is_fine", "_start_up_ns", "ear",
+                 "errors", "frames_received", "frames_sent", "host", "running", "table", "wake_ups")  # fmt: skip
 
     def __init__(self, host: LinHost, ear: LinEar) -> None:
         super().__init__()
@@ -194,23 +203,30 @@ class LinController(LinNode):
     # the bus's side
 
     def received(self, response: LinResponse, at_ns: int) -> None:
-        model = self.models[response.id]
-        if response.enhanced is None or (model is not None and response.enhanced is not model):
+        id, enhanced = response.id, response.enhanced
+        model = self.models[id]
+        if enhanced is None or (model is not None and enhanced is not model):
             self._outcome = _FAILED
-            self._count(_CHKSUM, response.id, False, at_ns)
+            self._count(_CHKSUM, id, False, at_ns)
             return
         self._outcome = _ANSWERED
         self.frames_received += 1
-        self.ear.deliver(response, at_ns)
-        if response.id == MASTER_REQUEST and response.octets[0] == 0:
+        ear = self.ear
+        if ear.hears:
+            ear.deliver(response, at_ns)
+        if id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 
     def transmitted(self, response: LinResponse, at_ns: int) -> None:
         self._outcome = _ANSWERED
         self.frames_sent += 1
-        self.table.sent(response.id)
-        self.ear.deliver_sent(response, at_ns)
-        if response.id == MASTER_REQUEST and response.octets[0] == 0:
+        id, table, ear = response.id, self.table, self.ear
+        table.updated.discard(id)
+        if id in table.watched:
+            table.sent(id)
+        if ear.hears_own:
+            ear.deliver_sent(response, at_ns)
+        if id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 
     def unanswered(self, id: int, received: int, at_ns: int) -> None:

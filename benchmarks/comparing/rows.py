@@ -1,7 +1,8 @@
 """What compare.py runs: each row is a rate, the higher the better, of what a commit's canwire does in one process.
 
-`python benchmarks/compare_rows.py NAME` reads lines, a number of frames each, and prints for each two rates as JSON: by
-processor time and by the wall clock. Several lines are several slices of the same row, in a process that is warm.
+`python benchmarks/comparing/rows.py NAME` reads lines, a number of frames each, and prints for each two rates as JSON:
+by processor time and by the wall clock (`NAME --processor`: only the first). Several lines are several slices of the
+same row, in a process that is warm.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ class Row(NamedTuple):
     touched: tuple[str, ...]
 
 
-_BUS = ("values", "timeline", "ring", "bus", "chips", "drivers", "boards")
+_BUS = ("_mem", "values", "timeline", "ring", "holding", "bus", "chips", "drivers", "boards")
+_LAB = (*_BUS, "held_time", "lab")
 _HUB = (*_BUS, "hub", "platform")
 
 
@@ -95,29 +97,29 @@ ROWS = {
     "core, CAN FD": Row(lambda count: _saturated(count // 2, fd=True), _BUS),
     "bit by bit": Row(_bit_by_bit, _BUS),
     "errors in 10 % of the frames": Row(_with_errors, _BUS),
-    "Frame objects, 1 receiver": Row(lambda count: _objects(count, 1), (*_BUS, "lab")),
-    "Frame objects, 8 receivers": Row(lambda count: _objects(count // 4, 8), (*_BUS, "lab")),
-    "numpy records, 1 to 1": Row(_records, (*_BUS, "lab", "arrays")),
+    "Frame objects, 1 receiver": Row(lambda count: _objects(count, 1), _LAB),
+    "Frame objects, 8 receivers": Row(lambda count: _objects(count // 4, 8), _LAB),
+    "numpy records, 1 to 1": Row(_records, _LAB),
     "CANDRV, ReadFile": Row(lambda count: _candrv(count, 0), (*_HUB, "candrv")),
     "CANDRV, IOCTL_CAN_READ_EVENT_DATA": Row(lambda count: _candrv(count, 1), (*_HUB, "candrv")),
-    "LIN, a schedule without end": Row(_lin, ("timeline", "bus", "lab", "boards")),
+    "LIN, a schedule without end": Row(_lin, _LAB),
     "SJA1000, polled": Row(_chips, _BUS),
-    "slcan, frames out of text": Row(_slcan, ("values", "slcan")),
-    "candump log, read": Row(_log, ("values", "logs")),
+    "slcan, frames out of text": Row(_slcan, ("_mem", "values", "slcan")),
+    "candump log, read": Row(_log, ("_mem", "values", "logs")),
 }
 
 
-def measured(name: str, count: int) -> list[float]:
-    """By processor time, and by the wall clock: the same once more."""
+def measured(name: str, count: int, clocks: int) -> list[float]:
+    """By processor time, and with two clocks by the wall clock: the same once more."""
     row, wall = ROWS[name], time.perf_counter
     time.perf_counter = time.process_time
     try:
         processor = row.measure(count)
     finally:
         time.perf_counter = wall
-    return [processor, row.measure(count)]
+    return [processor] if clocks == 1 else [processor, row.measure(count)]
 
 
 if __name__ == "__main__":
     for line in sys.stdin:
-        print(json.dumps(measured(sys.argv[1], int(line))), flush=True)
+        print(json.dumps(measured(sys.argv[1], int(line), 1 if "--processor" in sys.argv else 2)), flush=True)
