@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -13,13 +14,14 @@ NONE: list[str] = []
 
 
 class Scene:
-    """A master, a slave that answers 0x10 and one that listens, at 20 kbit/s."""
+    """A master, a slave that answers 0x10 and one that listens, at 20 kbit/s; the slaves may have crystals."""
 
-    def __init__(self, lab: Lab) -> None:
+    def __init__(self, lab: Lab, *, crystals: bool = False) -> None:
         self.lab = lab
         self.bus: LabLinBus = lab.lin_bus(bit_rate=20_000)
-        self.slave = self.bus.slave("slave", responses={0x10: b"\1\2"}, subscribes={0x11: 2})
-        self.listener = self.bus.slave("listener", subscribes={0x10: 2})
+        slave: dict[str, Any] = {"responses": {0x10: b"\1\2"}, "subscribes": {0x11: 2}}
+        self.slave = self.bus.slave("slave", synchronises=not crystals, **slave)
+        self.listener = self.bus.slave("listener", synchronises=not crystals, subscribes={0x10: 2})
         self.master = self.bus.master()
         for node in (self.slave, self.listener, self.master):
             node.events()
@@ -55,13 +57,16 @@ def scene(lab: Lab) -> Scene:
         (lambda faults: faults.sync(0x5D), ["SLNORE"], ["SYNC"], ["SYNC"]),
     ],
 )
+@pytest.mark.parametrize("crystals", [False, True])
 def test_who_sees_what(
-    scene: Scene,
+    lab: Lab,
     disturb: Callable[[object], object],
     master: list[str],
     slave: list[str],
     listener: list[str],
+    crystals: bool,
 ) -> None:
+    scene = Scene(lab, crystals=crystals)
     disturb(scene.bus.faults)
     scene.master.ask(0x10, 2)
     scene.lab.run_until_idle()
