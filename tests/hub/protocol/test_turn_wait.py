@@ -1,4 +1,4 @@
-"""A program's end of the page that it shares with its hub; the hub's end is played by the doorbell, in the same thread."""
+"""A program's end of the page that it shares with its hub; the doorbell plays the hub's end, in the same thread."""
 
 from __future__ import annotations
 
