@@ -94,7 +94,9 @@ def test_waiting_for_ever_for_nothing_says_so(bench: Bench, hub: Hub) -> None:
         monitor.receive(None)
 
 
-def test_a_queue_keeps_what_came_until_its_monitor_stopped(bench: Bench, hub: Hub, master: LinControl) -> None:
+def test_a_queue_keeps_what_came_until_its_monitor_stopped(
+    bench: Bench, hub: Hub, master: LinControl
+) -> None:
     monitor = monitor_of(bench, hub)
     master.send(FRAME)
     hub.run_for(0.1)
