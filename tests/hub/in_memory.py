@@ -38,7 +38,7 @@ class InMemory:
     """hub/protocol/link.py's Link. Every request, reply and notice goes through its bytes and back.
 
     With `on_wait` a request whose answer takes time has it called instead of time passing. `memory` is that of
-    the queues of each channel that was set up: the receive ring, and the transmit ring if it has one.
+    the queues of each channel or monitor that was set up: the receive ring, and the transmit ring if it has one.
     """
 
     time = "virtual"
@@ -75,6 +75,8 @@ class InMemory:
         if isinstance(request, m.SetUpChannel):
             memory, begin = map_memory(descriptors[0]), transmit_offset(reply.receive)
             self.memory[request.handle] = [memory[:begin], memory[begin:]] if reply.transmit else [memory]
+        elif isinstance(request, m.SetUpMonitor):
+            self.memory[request.handle] = [map_memory(descriptors[0])]
         elif isinstance(request, m.Close):
             self.memory.pop(request.handle, None)
         return m.decode_reply(encoded)[2], descriptors

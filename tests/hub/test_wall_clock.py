@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from canwire import Frame, connect, epoch_ns, parse_frame
+from canwire.hub import wall_clock
 from tests.cases import each
 from tests.hubs import serving
 
@@ -30,6 +32,58 @@ def test_everybody_at_one_hub_has_the_same_wall_clock(tmp_path: Path) -> None:
         assert abs(epoch_ns(one) - first) < 1_000_000_000
     with connect(time="virtual") as hub:
         assert epoch_ns(hub) == 0
+
+
+class ScriptedHub:
+    """A hub in a computer whose clock is the script's: the time before and after each answer, and the hub's time."""
+
+    time = "real"
+
+    def __init__(self, patch: pytest.MonkeyPatch, script: list[tuple[int, int, int]], note: bytes) -> None:
+        clock = iter([at_ns for before_ns, after_ns, _ in script for at_ns in (before_ns, after_ns)])
+        self.times = iter([hub_ns for _, _, hub_ns in script])
+        self.notes = [note]
+        patch.setattr(wall_clock, "time", SimpleNamespace(time_ns=lambda: next(clock)))
+
+    def now_ns(self) -> int:
+        return next(self.times)
+
+    def note(self, name: str) -> bytes:
+        assert name == "wall clock of hub time 0"
+        return self.notes[-1]
+
+    def set_note(self, name: str, value: bytes) -> None:
+        assert name == "wall clock of hub time 0"
+        self.notes.append(value)
+
+    def epoch_ns(self) -> int:
+        return epoch_ns(self)  # type: ignore[arg-type]
+
+
+QUICKEST = 1_000_150  # what the quickest answer below says, up to 150 ns more or less
+SLOW = [(1_000_000 + 900 * k, 1_000_800 + 900 * k, 350 + 900 * k) for k in range(4)]  # they say 1,000,050
+
+
+@each("quickest", range(5))
+@each("note", [b"", b"no number"])
+def test_of_five_answers_the_quickest_says_the_time(quickest: int, note: bytes) -> None:
+    script = [*SLOW[:quickest], (2_000_000, 2_000_300, 1_000_000), *SLOW[quickest:]]
+    with pytest.MonkeyPatch.context() as patch:
+        hub = ScriptedHub(patch, script, note)
+        assert hub.epoch_ns() == QUICKEST
+        assert hub.notes == [note, b"%d" % QUICKEST]
+        assert list(hub.times) == []
+
+
+@each("off_ns", [0, 1, 1_000_150, 1_000_151, 1_000_152])
+@each("sign", [-1, 1])
+def test_a_time_that_agrees_to_a_millisecond_is_kept(off_ns: int, sign: int) -> None:
+    """A millisecond, and half the time that the answer took; beyond that the clock was set."""
+    kept_ns = QUICKEST + sign * off_ns
+    with pytest.MonkeyPatch.context() as patch:
+        hub = ScriptedHub(patch, [*SLOW, (2_000_000, 2_000_300, 1_000_000)], b"%d" % kept_ns)
+        assert hub.epoch_ns() == (kept_ns if off_ns <= 1_000_150 else QUICKEST)
+        assert len(hub.notes) == (1 if off_ns <= 1_000_150 else 2)
 
 
 @pytest.mark.finding("linux 6")

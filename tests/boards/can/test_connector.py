@@ -634,6 +634,69 @@ def test_a_reset_empties_lists_and_puts_modes_back() -> None:
     assert [frame.id for frame in frames(channel)] == [0x100, 0x101, 5]
 
 
+def both_modes(bench: Bench, kin: str = "") -> tuple[int, int] | None:
+    """The filter modes that a program of this kin reads, of 11-bit and 29-bit frames; None if it reads none."""
+    try:
+        return bench.can.filter_mode(False, kin), bench.can.filter_mode(True, kin)
+    except NotInitialised:
+        return None
+
+
+def with_filters(kin: str, standard: FilterMode, extended: FilterMode) -> LineMode:
+    return replace(
+        CLASSIC, kin=kin, standard_filter=FilterSetup(standard), extended_filter=FilterSetup(extended)
+    )
+
+
+def test_after_a_reset_a_program_reads_the_filter_modes_of_its_own_initialisation() -> None:
+    bench = Bench()
+    bench.initialise(with_filters("one", FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE))
+    bench.can.format_filter(False, "one").mode = FilterMode.LOCK
+    assert both_modes(bench, "one") == (FilterMode.LOCK, FilterMode.EXCLUSIVE)
+    bench.can.reset("one")
+    for _ in range(2):
+        assert both_modes(bench, "one") == (FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE)
+        bench.can.reset("one")  # once more changes nothing
+    assert both_modes(bench, "other") is None
+    bench.initialise(with_filters("one", FilterMode.PASS, FilterMode.LOCK))
+    assert both_modes(bench, "one") == (FilterMode.PASS, FilterMode.LOCK)
+    bench.can.reset("one")
+    assert both_modes(bench, "one") == (FilterMode.PASS, FilterMode.LOCK)
+
+
+def test_a_program_that_never_set_the_line_up_reads_no_filter_modes_after_its_reset() -> None:
+    bench = Bench()
+    bench.initialise(with_filters("one", FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE))
+    bench.can.annotate(b"a note, and no filter", "other")
+    bench.can.reset("other")
+    assert both_modes(bench, "other") is both_modes(bench, "one") is both_modes(bench) is None
+
+
+def test_filter_modes_from_before_a_program_set_the_line_up_anew_are_never_read_again() -> None:
+    bench = Bench()
+    bench.initialise(with_filters("one", FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE))
+    bench.can.reset("one")
+    bench.initialise(with_filters("one", FilterMode.PASS, FilterMode.LOCK))
+    bench.can.reset("other")
+    assert both_modes(bench, "one") is None
+
+
+@each("leave", ["release", "abandon"])
+def test_whoever_leaves_a_line_leaves_no_filter_modes_to_read(leave: str) -> None:
+    bench = Bench()
+    bench.initialise(with_filters("one", FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE))
+    if leave == "release":
+        bench.can.release({"one"})
+        assert both_modes(bench, "one") == (FilterMode.INCLUSIVE, FilterMode.EXCLUSIVE)
+        bench.can.release(set())
+        assert both_modes(bench, "one") == both_modes(bench, "other")  # as if it had set nothing
+        bench.can.reset()
+    else:
+        bench.can.reset("one")
+        bench.can.abandon()
+    assert both_modes(bench, "one") is None
+
+
 @pytest.mark.conforms("X3-13")
 def test_a_stop_keeps_the_filters() -> None:
     bench = Bench()

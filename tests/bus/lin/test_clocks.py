@@ -128,17 +128,32 @@ def test_a_wake_up_pulse_tells_no_rate() -> None:
         assert slave.events(LinEventKind.ERROR) == []
 
 
+@each(("bits", "rate"), [(9, 0), (10, 0), (11, 20_000), (13, 20_000)])
+def test_a_break_that_tells_the_rate_has_11_bits(bits: int, rate: int) -> None:
+    with Lab() as lab:
+        bus = lab.lin_bus(bit_rate=20_000)
+        slave = bus.slave(bit_rate=0)
+        bus.faults.short_break(bits)
+        bus.master().ask(1)
+        lab.run_until_idle()
+        assert slave.bit_rate == rate
+
+
 def test_sync_bytes_without_a_break_tell_no_rate() -> None:
     with Lab() as lab:
         bus = lab.lin_bus(bit_rate=20_000)
         slave = bus.slave("late", bit_rate=0)
         slave.stop()
         bus.slave(responses={1: b"\x55" * 8})
-        bus.master().ask(1, 8)
+        master = bus.master()
+        master.ask(1, 8)
         lab.run_until(36 * 50_000)
         slave.start()  # into the response
         lab.run_until_idle()
         assert slave.bit_rate == 0
+        master.ask(1, 8)
+        lab.run_until_idle()
+        assert slave.bit_rate == 20_000  # whatever it has seen before
 
 
 @pytest.mark.conforms("X3-37")

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from canwire import BadValue, Lab, LabLinBus, LabLinNode, LinErrorKind, LinEventKind, LinFrame, LinOutcome
+from tests.cases import each
 
 BIT_NS = 50_000
 NONE: list[str] = []
 
 
 class Scene:
-    """A master, a slave that answers 0x10 and one that listens, at 20 kbit/s."""
+    """A master, a slave that answers 0x10 and one that listens, at 20 kbit/s; the slaves may have crystals."""
 
-    def __init__(self, lab: Lab) -> None:
+    def __init__(self, lab: Lab, *, crystals: bool = False) -> None:
         self.lab = lab
         self.bus: LabLinBus = lab.lin_bus(bit_rate=20_000)
-        self.slave = self.bus.slave("slave", responses={0x10: b"\1\2"}, subscribes={0x11: 2})
-        self.listener = self.bus.slave("listener", subscribes={0x10: 2})
+        slave: dict[str, Any] = {"responses": {0x10: b"\1\2"}, "subscribes": {0x11: 2}}
+        self.slave = self.bus.slave("slave", synchronises=not crystals, **slave)
+        self.listener = self.bus.slave("listener", synchronises=not crystals, subscribes={0x10: 2})
         self.master = self.bus.master()
         for node in (self.slave, self.listener, self.master):
             node.events()
@@ -55,13 +58,16 @@ def scene(lab: Lab) -> Scene:
         (lambda faults: faults.sync(0x5D), ["SLNORE"], ["SYNC"], ["SYNC"]),
     ],
 )
+@pytest.mark.parametrize("crystals", [False, True])
 def test_who_sees_what(
-    scene: Scene,
+    lab: Lab,
     disturb: Callable[[object], object],
     master: list[str],
     slave: list[str],
     listener: list[str],
+    crystals: bool,
 ) -> None:
+    scene = Scene(lab, crystals=crystals)
     disturb(scene.bus.faults)
     scene.master.ask(0x10, 2)
     scene.lab.run_until_idle()
@@ -71,6 +77,59 @@ def test_who_sees_what(
     scene.lab.run_until_idle()
     assert scene.all_errors() == ([], [], [])
     assert scene.master.receive() == scene.listener.receive() == LinFrame(0x10, b"\1\2")
+
+
+@each(
+    ("value", "measured", "read"),
+    [
+        (0x54, 24, 24),  # the identifier's start bit is the fifth fall, and too late for one
+        (0xF0, 26, 24),  # the identifier's is the second one, and 12 bits are over
+        (0xFF, 26, 24),
+    ],
+)
+@each("crystals", [False, True])
+def test_a_wrong_sync_field_is_told_as_soon_as_it_is_one(
+    value: int, measured: int, read: int, crystals: bool
+) -> None:
+    """Whoever measures its falls knows that by the fifth of them, at the latest after 12 bits; else by its last bit."""
+    with Lab() as lab:
+        scene = Scene(lab, crystals=crystals)
+        scene.bus.faults.sync(value)
+        scene.master.ask(0x10, 2)
+        lab.run_until_idle()
+        for node in (scene.slave, scene.listener):
+            (error,) = node.events(LinEventKind.ERROR)
+            assert (error.error, error.timestamp_ns) == (
+                LinErrorKind.SYNC,
+                (read if crystals else measured) * BIT_NS,
+            )
+
+
+def test_a_rate_that_a_slave_cannot_follow_is_told_at_the_fifth_fall(lab: Lab) -> None:
+    bus = lab.lin_bus(bit_rate=20_000)
+    slave = bus.slave("fast", oscillator_ppm=170_000)
+    slave.events()
+    bus.master().ask(0x10)
+    lab.run_until_idle()
+    (error,) = slave.events(LinEventKind.ERROR)
+    assert (error.error, error.timestamp_ns) == (LinErrorKind.SYNC, (14 + 8) * BIT_NS)
+
+
+@each(("bits", "headers"), [(9, 0), (10, 0), (11, 1), (12, 1)])
+def test_a_fast_slave_measures_a_break_once_more_by_the_master_s_bits(bits: int, headers: int) -> None:
+    """By its own clock 10 bits of the master are 11.3, and a break."""
+    with Lab() as lab:
+        bus = lab.lin_bus(bit_rate=20_000)
+        slave = bus.slave("fast", oscillator_ppm=130_000)
+        slave.events()
+        master = bus.master()
+        bus.faults.short_break(bits)
+        master.ask(0x10)
+        lab.run_until_idle()
+        assert (slave.counters.headers, slave.events(LinEventKind.ERROR)) == (headers, [])
+        master.ask(0x10)
+        lab.run_until_idle()
+        assert slave.counters.headers == headers + 1
 
 
 @pytest.mark.parametrize("bits", [11, 13, 26, 60])
@@ -144,11 +203,12 @@ def test_a_short_in_the_middle_of_a_frame(scene: Scene) -> None:
     assert scene.master.expect(0x10, within=0.1).data == b"\1\2"
 
 
-def test_a_glitch_is_no_start_bit(scene: Scene) -> None:
+@pytest.mark.parametrize("hundredths", [25, 49])
+def test_a_glitch_is_no_start_bit(scene: Scene, hundredths: int) -> None:
     scene.master.ask(0x11)
     scene.lab.run_until(36 * BIT_NS)
     scene.bus.faults.short()
-    scene.lab.run_until(36 * BIT_NS + BIT_NS // 4)
+    scene.lab.run_until(36 * BIT_NS + hundredths * BIT_NS // 100)
     scene.bus.faults.clear_short()
     scene.lab.run_until_idle()
     assert scene.errors(scene.master) == ["SLNORE"]

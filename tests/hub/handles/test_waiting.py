@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Unplugged
+from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Monitor, Unplugged
 from canwire.boards.can.modes import ChannelMode
 from canwire.platform import wait_readable
 from canwire.ring import RECHECK_S
@@ -68,8 +68,8 @@ class Waiter(threading.Thread):
         return self.outcome
 
 
-def until_asleep(bench: Bench, hub: Hub, channel: HubChannel, *, writer: bool = False) -> None:
-    """Until the reader, or writer, of a channel's queue has asked for a signal."""
+def until_asleep(bench: Bench, hub: Hub, channel: HubChannel | Monitor, *, writer: bool = False) -> None:
+    """Until the reader, or writer, of a queue has asked for a signal."""
     words = bench.link(hub).memory[channel.handle][writer].cast("Q")
     while not words[FREE_WANTED if writer else WANTED]:
         time.sleep(0)

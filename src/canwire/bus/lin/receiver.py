@@ -89,14 +89,13 @@ class LinReceiver:
         self.limit_ps = limit_ps
         self._drop_byte()
 
-    def await_response(self, at_ps: int, limit_ps: int) -> None:
-        """Wait for a response; the start bit of a quick slave may have begun in the second half of the header's last
-        bit.
+    def await_response(self, limit_ps: int) -> None:
+        """Wait for a response; the start bit of a quick slave may have begun already, behind the sample point of the
+        header's last bit.
         """
         self.follow(IN_DATA, limit_ps)
-        fell_ps = self._low_since_ps
-        if fell_ps != _UNKNOWN and at_ps - fell_ps < self.bit_ps // 2:
-            self._begin_byte(fell_ps)
+        if self._low_since_ps != _UNKNOWN:
+            self._begin_byte(self._low_since_ps)
 
     def edge(self, level: int, at_ps: int) -> None:
         """Process a change of level on the wire."""

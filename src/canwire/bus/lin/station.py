@@ -83,7 +83,7 @@ class LinStation(Listener):
         else:
             self._expected = self.node.lengths[id] if offer is None else offer.length
             limit_ps = at_ps + longest_response_bits(self._expected) * bit_ps
-            self.receiver.await_response(at_ps, limit_ps)
+            self.receiver.await_response(limit_ps)
 
     def act(self, wire: int, at_ps: int) -> None:
         """Process the event that is due."""
