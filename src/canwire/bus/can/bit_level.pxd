@@ -23,7 +23,7 @@ cdef class BitLevel:
     cdef Stretch _stretch
     cdef Apart _apart
     cdef bint _stepping, _forcing, _drifts
-    cdef public object capture, disturb, spare, watch
+    cdef public object capture, capture_many, disturb, spare, watch
     cdef readonly list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim, sender_seen
@@ -57,7 +57,7 @@ cdef class BitLevel:
     cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
     @cython.locals(sender=Clock)
     cdef int _calm(self, Stretch stretch, int bits) except -1
-    @cython.locals(bit_ps="long long", began_ps="long long", last_ps="long long", k=int, first_shown=int, level=int)
+    @cython.locals(bit_ps="long long", began_ps="long long", last_ps="long long", fall=int, at_ps="long long")
     cdef int _pass(self, Stretch stretch, Clock first, int bits) except -1
     cdef int _show(self, int wire, int shown, long long at_ps) except -1
     @cython.locals(at_ps="long long")

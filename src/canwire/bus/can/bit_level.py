@@ -34,7 +34,8 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is called with (time in ps, level) at every change. `disturb` is called at the start of each bit that the
+    is called with (time in ps, level) at every change, unless `capture_many` gets those of many bits at once: their
+    times in ns, and the level after the first of them. `disturb` is called at the start of each bit that the
     sender drives: it returns which nodes see that bit inverted, or -1. `undisturbed` means that this bit has passed
     already without a disturbance. `spare` is called in advance: it returns how many of the sender's next bits, up to a
     given number, no node will see inverted, and counts them as passed. Both are None if nothing can be disturbed.
@@ -53,6 +54,7 @@ class BitLevel:
         self.origin_ns = self.origin_ps = self.now_ps = self.delay_ps = 0
         self.shorted = self.undisturbed = self.aligned = self.pinned = self.halfway = False
         self.capture: Callable[[int, int], None] | None = None
+        self.capture_many: Callable[[list[int], int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
         self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
@@ -63,11 +65,9 @@ class BitLevel:
         self._drifts = self._stepping = self._forcing = False
         self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
         self._wire = self._shown = 1
-        self._forced = _FREE
-        self._change_ps = _NEVER
-        self._flip = -1
+        self._forced, self._change_ps = _FREE, _NEVER
         self._flip_sender: Clock | None = None
-        self._asked_ps = self._fell_ps = -1
+        self._flip = self._asked_ps = self._fell_ps = -1
 
     def _take_parts(self) -> None:
         self.tally = Tally()
@@ -79,11 +79,8 @@ class BitLevel:
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Start the bit level at an instant when the bus is idle and every node is at a bit boundary."""
-        self.origin_ns = origin_ns
-        self.origin_ps = origin_ps
-        self.now_ps = 0
-        self._drifts = False
-        self._wire = 1
+        self.origin_ns, self.origin_ps, self.now_ps = origin_ns, origin_ps, 0
+        self._drifts, self._wire = False, 1
         self._flip = self._asked_ps = self._fell_ps = -1
         self._flip_sender = None
         self.tally.erring = False
@@ -240,10 +237,13 @@ class BitLevel:
     def _pass(self, stretch: Stretch, first: Clock, bits: int) -> None:
         bit_ps, began_ps = first.bit_ps(), first.due_ps
         self._flip = -1
-        first_shown = 0 if self.capture is not None else stretch.last_fall(bits)
-        for k in range(first_shown, bits):
-            level = stretch.level_of(k)
-            self._show(level, level, began_ps + k * bit_ps)
+        if self.capture is not None:
+            at_ps = self.offset_ps() + began_ps
+            stretch.show(bits, at_ps, bit_ps, self._shown, self.capture, self.capture_many)
+        fall = stretch.last_fall(self._wire, bits)
+        if fall >= 0:
+            self._fell_ps = began_ps + fall * bit_ps
+        self._wire = self._shown = stretch.level_of(bits - 1)
         last_ps = began_ps + (bits - 1) * bit_ps
         if stretch.sender is not None:
             self._flip_sender, self._asked_ps = stretch.sender, last_ps

@@ -69,7 +69,12 @@ cdef class Stretch:
     cdef int level_of(self, int bit) noexcept
     @cython.final
     @cython.locals(at=int)
-    cdef int last_fall(self, int bits) noexcept
+    cdef int last_fall(self, int wire, int bits) noexcept
+    @cython.final
+    @cython.locals(k=int)
+    cdef list _changes(self, int bits, long long at_ps, long long bit_ps, int shown, long long unit_ps)
+    @cython.final
+    cdef void show(self, int bits, long long at_ps, long long bit_ps, int shown, capture, capture_many) except *
     @cython.final
     @cython.locals(lead=Station, scratch=FrameReader, clock=Clock, station=Station)
     cdef int _read_on(self, list clocks, int bits) except -1

@@ -9,6 +9,8 @@ processes the bit where one ends, and all other bits that do not fit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from canwire.bus.can import reader_state
 from canwire.bus.can.bit_layout import KeptLayout
 from canwire.bus.can.bits import NON_ISO
@@ -283,14 +285,40 @@ class Stretch:
         """The level of the wire in this bit of the stretch."""
         return self.level if self.level >= 0 else self.levels[self.first + bit]
 
-    def last_fall(self, bits: int) -> int:
-        """The index, below `bits`, of a bit after whose next one the wire has no falling edge."""
-        if self.level >= 0:
-            return 0
-        at = bits - 1
+    def last_fall(self, wire: int, bits: int) -> int:
+        """The last of these bits that begins with a falling edge of the wire, which was `wire`; -1 if none does."""
+        at = bits - 1 if self.level < 0 else 0  # of equal levels only the first can be one
         while at > 0 and not (self.levels[self.first + at - 1] and self.levels[self.first + at] == 0):
             at -= 1
-        return at - 1 if at > 0 else 0
+        return at if at > 0 or (wire and self.level_of(0) == 0) else -1
+
+    def show(
+        self,
+        bits: int,
+        at_ps: int,
+        bit_ps: int,
+        shown: int,
+        capture: Callable[[int, int], None],
+        capture_many: Callable[[list[int], int], None] | None,
+    ) -> None:
+        """Tell one of both of all changes in these bits, from `at_ps` on, of a wire that was `shown` before."""
+        if capture_many is not None:
+            times_ns = self._changes(bits, at_ps, bit_ps, shown, 1000)
+            if times_ns:
+                capture_many(times_ns, shown ^ 1)
+            return
+        for time_ps in self._changes(bits, at_ps, bit_ps, shown, 1):
+            shown ^= 1
+            capture(time_ps, shown)
+
+    def _changes(self, bits: int, at_ps: int, bit_ps: int, shown: int, unit_ps: int) -> list[int]:
+        """The times of all changes, in units of so many ps."""
+        times = []
+        for k in range(bits):
+            if self.level_of(k) != shown:
+                shown ^= 1
+                times.append((at_ps + k * bit_ps) // unit_ps)
+        return times
 
     def _read_on(self, clocks: list[Clock], bits: int) -> None:
         """Advance the readers: one of them reads for all that have read the same bits."""
