@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
 
+_CHANGES = ("#%d\n0!\n", "#%d\n1!\n")  # by level
+
+
 class VcdTrace:
     """Writes every change of one bus's level, in nanoseconds, to a text file that the caller owns.
 
@@ -29,6 +32,8 @@ class VcdTrace:
         file.write(f"$enddefinitions $end\n#{bus.timeline.now_ns}\n1!\n")
         bus.interrupt()
         bus.bits.capture = self._change
+        if isinstance(bus, CanBus):
+            bus.bits.capture_many = self._change_often
         bus.bitwise = True
 
     def close(self) -> None:
@@ -41,8 +46,16 @@ class VcdTrace:
         if self._bus.bits.capture != self._change:
             return False
         self._bus.bits.capture = None
+        if isinstance(self._bus, CanBus):
+            self._bus.bits.capture_many = None
         self._bus.bitwise = False
         return True
 
     def _change(self, time_ps: int, level: int) -> None:
         self._file.write(f"#{time_ps // 1000}\n{level}!\n")
+
+    def _change_often(self, times_ns: list[int], level: int) -> None:
+        """Write all changes of a stretch at once; the level is the one after the first of them."""
+        pairs, odd = divmod(len(times_ns), 2)
+        text = (_CHANGES[level] + _CHANGES[1 - level]) * pairs + _CHANGES[level] * odd
+        self._file.write(text % tuple(times_ns))

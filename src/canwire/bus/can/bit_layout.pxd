@@ -35,10 +35,10 @@ cdef class BitLayout:
 
 @cython.final
 cdef class KeptLayout:
-    cdef readonly bytes levels
-    cdef readonly int fast_bit, tail_bit
+    cdef readonly bytes levels, heard
+    cdef readonly int fast_bit, tail_bit, stuff_bits, length
     cdef readonly bint classic
-    cdef Mailbox _box
+    cdef readonly Mailbox box
     cdef int _fd_mode
 
     @cython.locals(layout=BitLayout)

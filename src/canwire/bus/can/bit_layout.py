@@ -201,14 +201,17 @@ class BitLayout:
 class KeptLayout:
     """The layout of a node's frame, kept for repetitions after a lost arbitration or an error.
 
-    `fast_bit` is its BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter; `classic` says that it is no FD frame.
+    `levels` are those that its sender drives, `heard` those of the wire if the frame is acknowledged. `fast_bit` is its
+    BRS bit (-1: the rate stays), `tail_bit` its CRC delimiter; `classic` says that it is no FD frame. `box` has its
+    record, `length` is the number of its data bytes, `stuff_bits` counts its dynamic stuff bits.
     """
 
     def __init__(self) -> None:
-        self.levels = b""
+        self.levels = self.heard = b""
         self.fast_bit = self.tail_bit = -1
+        self.stuff_bits = self.length = 0
         self.classic = True
-        self._box = Mailbox()
+        self.box = Mailbox()
         self._fd_mode = -1
 
     def take(self, box: Mailbox, fd_mode: int) -> None:
@@ -218,14 +221,18 @@ class KeptLayout:
             layout = BitLayout(frame, fd_mode=fd_mode)
             self.levels = bytes(layout.levels)
             self.tail_bit = len(layout.levels) - _TAIL_BITS
+            layout.levels[self.tail_bit + 1] = 0
+            self.heard = bytes(layout.levels)
+            self.stuff_bits = layout.stuff_bits
+            self.length = len(frame.data)
             self.fast_bit = self.tail_bit - layout.data_bits - 1 if layout.data_bits else -1
             self.classic = not frame.fd
             self._fd_mode = fd_mode
-            _mem.copy_record(self._box.words, 0, box.words, 0)
+            _mem.copy_record(self.box.words, 0, box.words, 0)
 
     def _holds(self, box: Mailbox) -> bool:
         """Whether the stored record equals this mailbox's, the time stamp ignored."""
-        ours, theirs = self._box.words, box.words
+        ours, theirs = self.box.words, box.words
         for k in range(1, _RECORD_WORDS):
             if ours[k] != theirs[k]:
                 return False

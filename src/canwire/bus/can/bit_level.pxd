@@ -19,11 +19,11 @@ cdef class BitLevel:
     cdef list _known
     cdef public unsigned long long origin_ns
     cdef public long long origin_ps, now_ps, delay_ps
-    cdef public bint shorted, undisturbed, pinned, coasts, aligned
+    cdef public bint shorted, undisturbed, pinned, coasts, aligned, halfway
     cdef Stretch _stretch
     cdef Apart _apart
     cdef bint _stepping, _forcing, _drifts
-    cdef public object capture, disturb, spare, watch
+    cdef public object capture, capture_many, disturb, spare, watch
     cdef readonly list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
     cdef public Node victim, sender_seen
@@ -40,15 +40,14 @@ cdef class BitLevel:
     cpdef long long next_ps(self) noexcept
     @cython.locals(clock=Clock)
     cpdef int activity(self, Node node) except -1
-    @cython.locals(k=int, known=list)
+    @cython.locals(clock=Clock)
     cpdef int enter(self, list nodes, unsigned long long origin_ns, long long origin_ps) except -1
     cpdef void add(self, Node node, long long at_ps) except *
-    cdef int _bring(self, Node node, Clock clock) except -1
-    @cython.locals(first=Clock)
+    @cython.locals(first=Clock, node=Node, station=Station)
     cdef int _take_in(self, Clock clock, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cpdef int leave(self) except -1
-    @cython.locals(first=Clock, clock=Clock, bits=int, sample_ps="long long", latest_ps="long long")
+    @cython.locals(first=Clock, clock=Clock, most=int, bits=int, sample_ps="long long", latest_ps="long long")
     cpdef bint coast(self, unsigned long long limit_ns) except -1
     @cython.locals(apart=Apart, bits=int)
     cdef bint _coast_apart(self, unsigned long long limit_ns) except -1
@@ -58,13 +57,14 @@ cdef class BitLevel:
     cdef int _bits_until(self, unsigned long long limit_ns, Clock clock) except -1
     @cython.locals(sender=Clock)
     cdef int _calm(self, Stretch stretch, int bits) except -1
-    @cython.locals(bit_ps="long long", began_ps="long long", last_ps="long long", k=int, first_shown=int)
+    @cython.locals(bit_ps="long long", began_ps="long long", last_ps="long long", fall=int, at_ps="long long")
     cdef int _pass(self, Stretch stretch, Clock first, int bits) except -1
-    cdef int _show(self, int level, long long at_ps) except -1
+    cdef int _show(self, int wire, int shown, long long at_ps) except -1
     @cython.locals(at_ps="long long")
     cpdef int replay(self, unsigned long long now_ns) except -1
-    cpdef int step(self) except -1
     cpdef int step_at(self, long long at_ps) except -1
+    @cython.locals(clock=Clock, at_ns="unsigned long long")
+    cdef bint _deliver(self, long long at_ps) except -1
     @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock)
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
@@ -72,18 +72,14 @@ cdef class BitLevel:
     @cython.locals(station=Station, idle=bint)
     cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
     cdef bint _dominant_before(self, Clock clock, long long at_ps) except -1
-    @cython.locals(clock=Clock)
-    cpdef bint resting(self) except -1
     @cython.locals(common="long long", due="long long", clock=Clock)
-    cdef bint _free_together(self) except -1
-    @cython.locals(wire=int, shown=int, clock=Clock)
+    cpdef bint resting(self) except -1
+    @cython.locals(wire=int, shown=int, falls=bint, clock=Clock)
     cdef int _settle(self, long long at_ps) except -1
     @cython.locals(falls=Clock, clock=Clock, fallen=int, sees=bint, arrives="long long")
     cdef int _send_edges(self, long long at_ps) except -1
     @cython.locals(absolute_ps="long long", soonest="long long", clock=Clock, stimulus=Stimulus)
     cdef int _force(self, long long at_ps) except -1
-    @cython.locals(clock=Clock)
-    cdef int _put_in_front(self, Stimulus stimulus) except -1
     @cython.locals(clock=Clock, arrives=bint, fell=bint, level=int)
     cdef int _look_for_edges(self, long long at_ps) except -1
     @cython.locals(level=int, flipped=bint)

@@ -34,13 +34,15 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is called with (time in ps, level) at every change. `disturb` is called at the start of each bit that the
+    is called with (time in ps, level) at every change, unless `capture_many` gets those of many bits at once: their
+    times in ns, and the level after the first of them. `disturb` is called at the start of each bit that the
     sender drives: it returns which nodes see that bit inverted, or -1. `undisturbed` means that this bit has passed
     already without a disturbance. `spare` is called in advance: it returns how many of the sender's next bits, up to a
     given number, no node will see inverted, and counts them as passed. Both are None if nothing can be disturbed.
     `sender_seen` and `index_seen` are the node and the index of the last bit for which `disturb` was or would have been
     called. `coasts` allows many bits in one step; `aligned` means that no clock prevents that. `watch` is called with
-    each clock whose next bit has just begun. A bus that is `pinned` does not rest.
+    each clock whose next bit has just begun. A bus that is `pinned` does not rest. `halfway` means that the last step
+    was only the end of a frame, and the same instant has another one.
     """
 
     def __cinit__(self) -> None:
@@ -50,8 +52,9 @@ class BitLevel:
     def __init__(self) -> None:
         self._take_parts()
         self.origin_ns = self.origin_ps = self.now_ps = self.delay_ps = 0
-        self.shorted = self.undisturbed = self.aligned = self.pinned = False
+        self.shorted = self.undisturbed = self.aligned = self.pinned = self.halfway = False
         self.capture: Callable[[int, int], None] | None = None
+        self.capture_many: Callable[[list[int], int], None] | None = None
         self.disturb: Callable[[Node, int], int] | None = None
         self.spare: Callable[[Node, int, int], int] | None = None
         self.watch: Callable[[Clock, int], None] | None = None
@@ -62,11 +65,9 @@ class BitLevel:
         self._drifts = self._stepping = self._forcing = False
         self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
         self._wire = self._shown = 1
-        self._forced = _FREE
-        self._change_ps = _NEVER
-        self._flip = -1
+        self._forced, self._change_ps = _FREE, _NEVER
         self._flip_sender: Clock | None = None
-        self._asked_ps = self._fell_ps = -1
+        self._flip = self._asked_ps = self._fell_ps = -1
 
     def _take_parts(self) -> None:
         self.tally = Tally()
@@ -78,51 +79,40 @@ class BitLevel:
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Start the bit level at an instant when the bus is idle and every node is at a bit boundary."""
-        self.origin_ns = origin_ns
-        self.origin_ps = origin_ps
-        self.now_ps = 0
-        self.clocks = []
-        self._drifts = False
-        self._wire = 1
+        self.origin_ns, self.origin_ps, self.now_ps = origin_ns, origin_ps, 0
+        self._drifts, self._wire = False, 1
         self._flip = self._asked_ps = self._fell_ps = -1
         self._flip_sender = None
         self.tally.erring = False
-        known, self._known = self._known, []
-        for k in range(len(nodes)):
-            self._bring(nodes[k], known[k] if k < len(known) else None)
+        self.clocks, self._known = self._known, []
+        if [clock.node for clock in self.clocks] != nodes:
+            self.clocks = [Clock(Station(node, self.tally), 0) for node in nodes]
+        for clock in self.clocks:
+            clock.station.begin()
+            clock.begin(0)
+            self._take_in(clock, 0)
 
     def add(self, node: Node, at_ps: int) -> None:
         """Add a node at this time; `on_bus` and `waiting` of the node determine its first state."""
-        if at_ps == 0:
-            self._bring(node, None)
-            return
         clock = Clock(Station(node, self.tally), at_ps)
-        clock.station.contending = None
-        clock.station.now_ns = self.at_ns(at_ps)
+        if at_ps != 0:
+            clock.station.contending = None
+        self.clocks.append(clock)
         self._take_in(clock, at_ps)
 
-    def _bring(self, node: Node, clock: Clock | None) -> None:
-        """Add a node at the start, with its clock of the last time if there is one."""
-        if clock is None or clock.node is not node:
-            clock = Clock(Station(node, self.tally), 0)
-        else:
-            clock.station.begin()
-            clock.begin(0)
-        clock.station.counted = node.counted_ns == self.origin_ns
-        clock.station.stored = node.stored_ns == self.origin_ns
-        clock.station.now_ns = self.at_ns(0)
-        self._take_in(clock, 0)
-
     def _take_in(self, clock: Clock, at_ps: int) -> None:
-        self.clocks.append(clock)
-        first = self.clocks[0]
-        if clock.node.bit_ps != first.node.bit_ps:
+        first, node, station = self.clocks[0], clock.node, clock.station
+        station.now_ns = self.origin_ns if at_ps == 0 else self.at_ns(at_ps)
+        station.counted = at_ps == 0 and node.counted_ns == self.origin_ns
+        station.stored = at_ps == 0 and node.stored_ns == self.origin_ns
+        if node.bit_ps != first.node.bit_ps:
             self._drifts = True
         if self._forcing:
             self._change_ps = min(self._change_ps, at_ps)  # it sees what is forced already
 
     def refresh(self, nodes: list[Node], at_ps: int) -> None:
         """Update the stations after nodes were attached, detached, started or stopped."""
+        self.aligned = False
         self.now_ps = max(self.now_ps, at_ps)
         # in the middle of a step, nodes that have just left the bus drive their bit to its end
         kept = [clock for clock in self.clocks if self._stepping or clock.node in nodes]
@@ -199,8 +189,11 @@ class BitLevel:
                 if sample_ps > latest_ps:
                     self._latest, latest_ps = clock, sample_ps
             self.aligned = True
+        if first.station.finished:
+            return False
         assert self._latest is not None
-        bits = self._stretch.look(self.clocks, self._bits_until(limit_ns, self._latest))
+        most = self._bits_until(limit_ns, self._latest)
+        bits = self._stretch.look(self.clocks, most, self._wire == 1, self.at_ns(first.due_ps))
         if bits > 0:
             bits = self._calm(self._stretch, bits)
         if bits > 0:
@@ -244,9 +237,13 @@ class BitLevel:
     def _pass(self, stretch: Stretch, first: Clock, bits: int) -> None:
         bit_ps, began_ps = first.bit_ps(), first.due_ps
         self._flip = -1
-        first_shown = 0 if self.capture is not None else stretch.last_fall(bits)
-        for k in range(first_shown, bits):
-            self._show(stretch.level_of(k), began_ps + k * bit_ps)
+        if self.capture is not None:
+            at_ps = self.offset_ps() + began_ps
+            stretch.show(bits, at_ps, bit_ps, self._shown, self.capture, self.capture_many)
+        fall = stretch.last_fall(self._wire, bits)
+        if fall >= 0:
+            self._fell_ps = began_ps + fall * bit_ps
+        self._wire = self._shown = stretch.level_of(bits - 1)
         last_ps = began_ps + (bits - 1) * bit_ps
         if stretch.sender is not None:
             self._flip_sender, self._asked_ps = stretch.sender, last_ps
@@ -255,15 +252,15 @@ class BitLevel:
         self.now_ps = stretch.last_ps(began_ps, bits, first)
         stretch.go(self.clocks, bits, began_ps, self.at_ns(self.now_ps))
 
-    def _show(self, level: int, at_ps: int) -> None:
-        """Set the undisturbed level of the wire at a time when a bit of every node begins."""
-        if level == 0 and self._wire == 1:
+    def _show(self, wire: int, shown: int, at_ps: int) -> None:
+        """Set the undisturbed level of the wire, and the one that is seen on it."""
+        if wire == 0 and self._wire == 1:
             self._fell_ps = at_ps
-        self._wire = level
-        if level != self._shown:
-            self._shown = level
+        self._wire = wire
+        if shown != self._shown:
+            self._shown = shown
             if self.capture is not None:
-                self.capture(self.offset_ps() + at_ps, level)
+                self.capture(self.offset_ps() + at_ps, shown)
 
     def replay(self, now_ns: int) -> None:
         """Run all bits from the start to the present, which have passed without a disturbance: a frame's at most."""
@@ -280,16 +277,29 @@ class BitLevel:
             self.step_at(at_ps)
         self.undisturbed = False
 
-    def step(self) -> None:
-        """Process the next instant: bit boundaries, then edges, then samples."""
-        self.step_at(self.next_ps())
-
     def step_at(self, at_ps: int) -> None:
-        """Process the instant `at_ps`, which must be the next one."""
+        """Process the instant `at_ps`, which must be the next one: bit boundaries, then edges, then samples."""
         self._stepping = True
-        self.aligned = False
-        self._step(at_ps)
+        self.halfway = self.aligned and self._deliver(at_ps)
+        if not self.halfway:
+            self.aligned = False
+            self._step(at_ps)
         self._stepping = False
+
+    def _deliver(self, at_ps: int) -> bool:
+        """Give all nodes the frame that has just ended, and leave their next bit to another step; else False."""
+        for clock in self.clocks:
+            if not clock.station.finished or clock.due_ps != at_ps:
+                return False
+        self.now_ps, at_ns = at_ps, self.at_ns(at_ps)
+        for clock in self.clocks:
+            clock.station.now_ns = at_ns
+            if clock.station.finished and not clock.station.transmitting:
+                clock.station.deliver()
+        for clock in self.clocks:
+            if clock.station.finished:
+                clock.station.deliver()  # receivers get a frame before its sender gets the outcome
+        return True
 
     def _step(self, at_ps: int) -> None:
         self.now_ps = at_ps
@@ -358,15 +368,12 @@ class BitLevel:
         """Whether the wire is idle."""
         if self.shorted or self._wire == 0 or self._shown == 0 or self._forcing or self.pinned:
             return False
+        common = (
+            _NEVER  # where every intermission ends that has not yet ended: no node may send before another
+        )
         for clock in self.clocks:
             if not clock.station.resting() or clock.edged or clock.edge_ps != _NEVER:
                 return False
-        return self._free_together()
-
-    def _free_together(self) -> bool:
-        """Whether no node may send before another: every intermission has ended, or all end at the same boundary."""
-        common = _NEVER
-        for clock in self.clocks:
             if clock.station.state != _WAITING and not clock.node.listen_only:
                 due = clock.due_ps if clock.station.just_free else -1
                 if common != _NEVER and due != common:
@@ -394,15 +401,10 @@ class BitLevel:
         shown = wire ^ 1 if self._flip == EVERYBODY else wire
         if self._forced != _FREE:
             shown = self._forced
-        if shown != self._shown:
-            self._shown = shown
-            if self.capture is not None:
-                self.capture(self.origin_ps + at_ps + self.origin_ns * 1000, shown)
-        if wire == 0 and self._wire == 1:
-            self._fell_ps = at_ps
-        if wire == 0 and (self._wire == 1 or self.delay_ps) and self.clocks:
+        falls = wire == 0 and (self._wire == 1 or self.delay_ps)
+        self._show(wire, shown, at_ps)
+        if falls and self.clocks:
             self._send_edges(at_ps)
-        self._wire = wire
 
     def _send_edges(self, at_ps: int) -> None:
         fallen = 0
@@ -428,17 +430,15 @@ class BitLevel:
         for stimulus in self.stimuli:
             stimulus.advance(absolute_ps)
             soonest = min(soonest, stimulus.next_ps)
-            if stimulus.level != _FREE:
-                self._put_in_front(stimulus)
+            if stimulus.level == _FREE:
+                continue
+            if stimulus.nodes is None:
+                self._forced = stimulus.level
+            for clock in self.clocks:
+                if stimulus.nodes is None or clock.node in stimulus.nodes:
+                    clock.forced = stimulus.level
         self.stimuli = [stimulus for stimulus in self.stimuli if not stimulus.over()]
         self._change_ps = soonest - self.offset_ps() if soonest != _NEVER else _NEVER
-
-    def _put_in_front(self, stimulus: Stimulus) -> None:
-        if stimulus.nodes is None:
-            self._forced = stimulus.level
-        for clock in self.clocks:
-            if stimulus.nodes is None or clock.node in stimulus.nodes:
-                clock.forced = stimulus.level
 
     def _look_for_edges(self, at_ps: int) -> None:
         """Find the edges that each node sees while levels are forced."""

@@ -27,7 +27,7 @@ cdef class CanBus(BusState):
     cdef long long _noise_taken, _early_ps
     cdef int _slot
     cdef bint _acknowledged, _in_step, _in_step_fd, _in_step_switching, _waiting, _sleeping, _flag_passive
-    cdef list _members
+    cdef list _members, _stations
 
     @cython.locals(free="unsigned long long", soonest="unsigned long long", ready="unsigned long long", node=Node, box=Mailbox)
     cdef unsigned long long _next_start(self) except? 0
@@ -64,7 +64,7 @@ cdef class CanBus(BusState):
 
     cdef int _rest_if_over(self) except -1
 
-    @cython.locals(bits=BitLevel, at_ns="unsigned long long", at_ps="long long")
+    @cython.locals(bits=BitLevel, timeline=Timeline, at_ns="unsigned long long", at_ps="long long")
     cdef bint _run_bits(self, unsigned long long limit_ns) except -1
 
     cdef int _enter_bitwise(self) except -1

@@ -49,6 +49,7 @@ class CanBus(BusState):
         self._flag_passive, self._slot = False, 0  # of the last frame that nobody acknowledged
         self._sleeping = self._waiting = self._acknowledged = False
         self._members: list[Node] = []
+        self._stations: list[Node] = []  # members, and those who wait for the bus: the bit level's
         self._in_step = self._in_step_fd = self._in_step_switching = True
         self._acknowledgers = self._listeners = self._noise_taken = 0
         self._early_ps = 0  # first sample point of the nodes that store a frame before its end; 0: none do
@@ -81,28 +82,19 @@ class CanBus(BusState):
 
     def changed(self) -> None:
         """Update the list of nodes that take part, and whether whole frames can be processed in one step."""
-        members = []
-        waiting = []
-        self._acknowledgers = self._listeners = 0
-        self._sleeping = False
-        for node in self.nodes:
-            if node.on_bus:
-                members.append(node)
-                if node.listen_only:
-                    self._listeners += 1
-                else:
-                    self._acknowledgers += 1
-            elif node.waiting:
-                waiting.append(node)
-            elif node.asleep:
-                self._sleeping = True
+        members = [node for node in self.nodes if node.on_bus]
+        waiting = [node for node in self.nodes if node.waiting and not node.on_bus]
+        self._stations = [node for node in self.nodes if node.on_bus or node.waiting]
+        self._listeners = sum([node.listen_only for node in members])
+        self._acknowledgers = len(members) - self._listeners
+        asleep = [node for node in self.nodes if node.asleep and not node.on_bus and not node.waiting]
         self._link(members)
-        self._waiting = bool(waiting)
+        self._waiting, self._sleeping = bool(waiting), bool(asleep)
         self._early_ps = min([node.sample_ps for node in members if node.validates_early], default=0)
         self._pause_ns = max([0] + [16 * node.bit_ps // 1000 for node in members])
         self._in_step, self._in_step_fd, self._in_step_switching = in_step(members, waiting, self.delay_ps)
         if self._state == _BITWISE:
-            self.bits.refresh(self._stations(), self._elapsed_ps())
+            self.bits.refresh(self._stations, self._elapsed_ps())
         self.timeline.interrupted = True
 
     def _link(self, members: list[Node]) -> None:
@@ -153,7 +145,7 @@ class CanBus(BusState):
         if self._state == _REST and shorted:
             self._leave_rest()
         self.bits.shorted = shorted
-        self.bits.refresh(self._stations() if self._state == _BITWISE else [], self._elapsed_ps())
+        self.bits.refresh(self._stations if self._state == _BITWISE else [], self._elapsed_ps())
         self.timeline.interrupted = True
 
     def stimulate(self, stimulus: Stimulus) -> None:
@@ -463,11 +455,11 @@ class CanBus(BusState):
         self._state = _BITWISE
         self.bits.delay_ps = self.delay_ps
         origin_ps = self._start_ns * 1000 + at_ps
-        self.bits.enter(self._stations(), origin_ps // 1000, origin_ps % 1000)
+        self.bits.enter(self._stations, origin_ps // 1000, origin_ps % 1000)
 
     def _run_bits(self, limit_ns: int) -> bool:
         """Run bits until the limit, until the bus rests, or until the timeline is interrupted; False at the limit."""
-        bits = self.bits
+        bits, timeline = self.bits, self.timeline
         bits.aligned = False  # who knows what has happened since
         while not self.timeline.interrupted:
             if not self._anything_left():
@@ -482,6 +474,8 @@ class CanBus(BusState):
                     return False
                 self.timeline.now_ns = at_ns
                 bits.step_at(at_ps)
+                if bits.halfway and timeline.interrupted:
+                    bits.step_at(at_ps)
             if bits.resting():
                 self._leave_bitwise()
                 return True

@@ -42,7 +42,3 @@ cdef class BusState(Bus):
     @cython.final
     @cython.locals(node=Node)
     cdef int _forget_contenders(self) except -1
-
-    @cython.final
-    @cython.locals(stations=list, node=Node)
-    cdef list _stations(self)

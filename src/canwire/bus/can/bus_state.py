@@ -136,15 +136,8 @@ class BusState(Bus):
 
     def _forget_contenders(self) -> None:
         for node in self.nodes:
-            node.contending = None
-
-    def _stations(self) -> list[Node]:
-        """The nodes that take part at the bit level: those on the bus, and those that wait to join it."""
-        stations = []
-        for node in self.nodes:
-            if node.on_bus or node.waiting:
-                stations.append(node)
-        return stations
+            if node.contending is not None:
+                node.contending = None
 
     def _rouse(self, at_ns: int) -> None:
         """Wake the sleeping nodes at this time, before anything else happens on the bus."""

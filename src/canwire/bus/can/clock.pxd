@@ -34,8 +34,8 @@ cdef class Clock:
     cpdef void check(self, int level, long long at_ps) except *
     @cython.locals(change=int)
     cpdef int sampled(self, long long at_ps) except -1
-    @cython.locals(bit_ps="long long", k=int)
     cdef int drive_run(self, bytes levels, int first, int bits, long long at_ps) except -1
+    cdef int answer(self, long long at_ps, bint over) except -1
     @cython.locals(state=int)
     cdef int drive_steady(self, long long at_ps) except -1
     cdef int pass_bits(self, int bits, long long at_ps) noexcept

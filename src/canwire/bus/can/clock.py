@@ -159,11 +159,15 @@ class Clock:
 
     def drive_run(self, levels: bytes, first: int, bits: int, at_ps: int) -> None:
         """Record that the station drove `bits` of these levels, in bits that begin at `at_ps`."""
-        bit_ps = self.bit_ps()
-        for k in range(bits):
-            self.echo.drive(levels[first + k], at_ps)
-            at_ps += bit_ps
+        self.echo.drive_run(levels, first, bits, at_ps, self.bit_ps())
         self.station.out = levels[first + bits - 1]
+
+    def answer(self, at_ps: int, over: bool) -> None:
+        """Drive the ACK slot, which began at `at_ps`, and the bits after it if it is `over`."""
+        self.echo.drive(0, at_ps)
+        self.station.out = 0
+        if over:
+            self.drive_steady(at_ps + self.bit_ps())
 
     def drive_steady(self, at_ps: int) -> None:
         """Drive one level from `at_ps` on: dominant during an active error flag or an overload flag, else recessive."""

@@ -69,8 +69,9 @@ class Apart(Stretch):
         most = (limit_ps - began_ps) // lead.bit_ps() if limit_ps > began_ps else 0
         if most < 1:
             return 0
-        self.level, self.levels, self.first = -1, sender.levels, sender.index
-        most = self._agreed(sender, most if most < _LONG else _LONG)
+        self._take(sender, sender.levels)
+        bits = self._end(sender, 0) - self.first
+        most = most if most < bits else bits
         for clock in clocks:
             station = clock.station
             if station.state != _FRAME or station.index != sender.index or clock.due_ps < began_ps:

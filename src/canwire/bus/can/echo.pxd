@@ -20,6 +20,8 @@ cdef class Echo:
     cdef int _take_memory(self) except -1
     cpdef int begin(self) except -1
     cpdef void drive(self, int level, long long at_ps) noexcept
+    @cython.locals(last=int, changes="long long", k=int)
+    cdef int drive_run(self, bytes levels, int first, int bits, long long at_ps, long long bit_ps) except -1
     @cython.locals(changed_ps="long long")
     cpdef bint changed_at(self, long long at_ps) noexcept
     @cython.locals(newest="long long", oldest="long long", changed_ps="long long")

@@ -60,6 +60,16 @@ class Echo:
         self.last = level
         self.changes += 1
 
+    def drive_run(self, levels: bytes, first: int, bits: int, at_ps: int, bit_ps: int) -> None:
+        """Record that the node drives these levels in bits of `bit_ps`, the first of which begins at `at_ps`."""
+        last, changes = self.last, self.changes
+        for k in range(first, first + bits):
+            if levels[k] != last:
+                last = levels[k]
+                self._history[changes % _HISTORY] = (at_ps + (k - first) * bit_ps) << 1 | last
+                changes += 1
+        self.last, self.changes = last, changes
+
     def changed_at(self, at_ps: int) -> bool:
         """Whether its last change was at this time."""
         if self.changes == 0:

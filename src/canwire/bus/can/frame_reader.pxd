@@ -9,7 +9,6 @@ cdef int _TAKEN, _STUFF_ERROR, _FORM_ERROR, _PROTOCOL_EXCEPTION, _FAST_FROM_HERE
 cdef int _NON_ISO, _CODES, _WORDS
 cdef unsigned int _CRC15_POLY, _CRC17_POLY, _CRC21_POLY, _CRC17_START, _CRC21_START
 cdef unsigned short *_LENGTHS
-cdef bytes _PARTS
 
 @cython.final
 cdef class FrameReader:
@@ -23,8 +22,6 @@ cdef class FrameReader:
     cdef int _take_memory(self) except -1
     cpdef int begin_for(self, Node node) noexcept
     cpdef int begin(self) noexcept
-    @cython.locals(field=int, left=int)
-    cpdef int part(self) except -1
     cpdef bint expects_stuff_bit(self) noexcept
     cpdef int go_on(self, int field, int bits) noexcept
     @cython.locals(field=int, previous=int)
@@ -42,6 +39,7 @@ cdef class FrameReader:
     cdef int _control_done(self, int field, unsigned int value) noexcept
     @cython.locals(length=int)
     cdef int _body_done(self, int field, unsigned int value) noexcept
+    cdef int _end_crc(self, bint ok) noexcept
     cdef int _begin_crc(self) noexcept
     @cython.locals(received="unsigned int", code="unsigned int", counted=bint)
     cdef int _fd_crc_bit(self, int level, int previous) noexcept

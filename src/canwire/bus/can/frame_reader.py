@@ -45,13 +45,6 @@ _LENGTHS = _mem.shorts_of(_TABLES)  # and behind the 16 of them the codes of stu
 _CODES = 16
 _WORDS = 8  # of the longest payload
 
-# by field: segment codes of the SJA1000's error code capture register (data sheet table 20); those of FD fields, which
-# no SJA1000 reads to their end, are its reserved bits'
-_PARTS = bytes((
-    0x03, 0x02, 0x04, 0x05, 0x07, 0x0C, 0x09, 0x09, 0x0D, 0x0D, 0x0D, 0x0B, 0x0A,
-    0x08, 0x08, 0x18, 0x19, 0x1B, 0x1A,
-))  # fmt: skip
-
 
 class FrameReader:
     """Reads one frame after another; `begin` must be called before each.
@@ -100,17 +93,6 @@ class FrameReader:
         self.extended = self.remote = self.fd = self.switch = self.esi = False
         self.dlc = self.length = 0
         self.crc_ok = False
-
-    def part(self) -> int:
-        """The part of a classic frame that the next bit belongs to, as a segment code of SJA1000's ECC register."""
-        field, left = self.field, self.left
-        if field == _BASE:
-            return 0x02 if left > 3 else 0x06
-        if field == _EXT:
-            return 0x07 if left > 13 else 0x0F if left > 5 else 0x0E
-        if field == _FDF:
-            return 0x0D if self.extended else 0x09
-        return _PARTS[field]
 
     def expects_stuff_bit(self) -> bool:
         return self.stuffing and self.same == 5
@@ -193,6 +175,7 @@ class FrameReader:
             self._cover(level)
         if self.field == _CRC_DELIMITER:
             self.stuffing = False
+            self.same = 0
         return _TAKEN
 
     def _field_done(self, value: int) -> int:
@@ -257,13 +240,20 @@ class FrameReader:
             else:
                 self._begin_crc()
         else:
-            self.crc_ok = value == self.crc15
-            self.stuffing = self.same == 5  # one more stuff bit may follow the last CRC bit
-            self.go_on(_CRC_DELIMITER, 1)
+            self._end_crc(value == self.crc15)
+            if self.same != 5:  # else one more stuff bit follows the last CRC bit
+                self.stuffing = False
+                self.same = 0
+
+    def _end_crc(self, ok: bool) -> None:
+        self.crc_ok = ok
+        self.crc15 = self.crc17 = self.crc21 = self.crc_position = 0  # all readers of this frame end alike
+        self.go_on(_CRC_DELIMITER, 1)
 
     def _begin_crc(self) -> None:
         if self.fd:
             self.stuffing = False
+            self.same = 0
             coded = 4 if self.fd_mode != _NON_ISO else 0
             self.crc_width = 17 if self.length <= 16 else 21
             self.crc_position = 0
@@ -289,8 +279,7 @@ class FrameReader:
             received = self.value & (1 << self.crc_width) - 1
             code = self.value >> self.crc_width
             counted = self.fd_mode == _NON_ISO or code == _LENGTHS[_CODES + (self.stuff_count & 7)]
-            self.crc_ok = counted and received == (self.crc17 if self.crc_width == 17 else self.crc21)
-            self.go_on(_CRC_DELIMITER, 1)
+            self._end_crc(counted and received == (self.crc17 if self.crc_width == 17 else self.crc21))
         return _TAKEN
 
 

@@ -44,18 +44,16 @@ cdef class Station:
     cpdef int activity(self) except -1
     cpdef bint resting(self) except -1
     cpdef int wait_for_bus(self) except -1
-    @cython.locals(node=Node, box=Mailbox)
-    cdef int _offer(self) except -1
+    @cython.locals(box=Mailbox)
+    cdef int offer(self) except -1
     cdef int _transmit(self, Mailbox box) except -1
-    @cython.locals(offer=Mailbox)
-    cdef int _transmit_offer(self) except -1
     cdef int _begin_frame(self) except -1
-    cdef int _start_receiving(self) except -1
+    cdef int begin_receiving(self) except -1
     cdef void _idle_bit(self, int level) except *
     cdef int _intermission_bit(self, int level) except -1
     @cython.locals(node=Node)
     cdef void _waiting_bit(self, int level) except *
-    cdef int _deliver(self) except -1
+    cdef int deliver(self) except -1
     cdef int _hand_over(self) except -1
     @cython.locals(early=bint)
     cdef int bits_till_valid(self, int left) noexcept
@@ -66,14 +64,15 @@ cdef class Station:
     cdef int _react(self, int outcome) except -1
     @cython.locals(field=int)
     cdef bint _tolerated(self, int level, bint stuff_bit) except -1
-    @cython.locals(node=Node)
     cdef int _lose(self) except -1
+    cdef int lose_silently(self) except -1
     cdef void _tail_bit(self, int level) except *
     cdef int _ack_bit(self, int level) except -1
     @cython.locals(node=Node)
     cdef int _count_reception(self) except -1
     cdef int _ack_delimiter_bit(self, int level) except -1
     cdef int _eof_bit(self, int level) except -1
+    cdef int end_frame(self) noexcept
     @cython.locals(node=Node, passive=bint, rule=int)
     cdef int _error(self, int kind, int bit, bint exempt=*) except -1
     cdef int _begin_error_flag(self, bint passive) except -1
@@ -81,7 +80,6 @@ cdef class Station:
     cdef int _begin_flag(self, int state) except -1
     cdef int _count(self, int rule) except -1
     cdef int _leave_if_off(self) except -1
-    cdef int _flag_bit(self, int level) except -1
     @cython.locals(passive=bint)
     cdef int _dominant_flag_bit(self, int level) except -1
     cdef int _passive_flag_bit(self, int level) except -1

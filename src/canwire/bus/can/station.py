@@ -94,7 +94,7 @@ class Station:
     def begin_bit(self) -> None:
         """Start a bit of this node: complete what the last bit caused, then choose `out`."""
         if self.finished:
-            self._deliver()
+            self.deliver()
         if self.rejoined:
             self.rejoined = False
             self.state = _IDLE
@@ -103,7 +103,7 @@ class Station:
         if self.state == _SUSPEND and self.left == 0:
             self.state = _IDLE
         if self.state == _IDLE and not self.sof_seen:
-            self._offer()
+            self.offer()
         self.just_free = False
         self.out = 1
         if self.state == _FRAME:
@@ -130,8 +130,12 @@ class Station:
             self._waiting_bit(level)
         elif state == _DELIMITER:
             self._delimiter_bit(level)
+        elif state == _PASSIVE_FLAG:
+            self._passive_flag_bit(level)
+        elif state == _FLAG_WAIT:
+            self._after_flag_bit(level)
         else:
-            self._flag_bit(level)
+            self._dominant_flag_bit(level)
 
     def ready_to_send(self) -> bool:
         """Whether the node has an offer that may start in this bit."""
@@ -170,19 +174,16 @@ class Station:
         self.finished = self.just_free = self.stored = False
         self.run = 0
 
-    def _offer(self) -> None:
+    def offer(self) -> None:
+        """Begin to send, at a bit boundary, if the node is ready or has begun already."""
         box, self.contending = self.contending, None
         if box is not None:
             self._transmit(box)
         elif self.ready_to_send():
-            self._transmit_offer()
+            self._transmit(self.node.offer)
 
-    def _transmit_offer(self) -> None:
-        offer = self.node.offer
-        assert offer is not None
-        self._transmit(offer)
-
-    def _transmit(self, box: Mailbox) -> None:
+    def _transmit(self, box: Mailbox | None) -> None:
+        assert box is not None
         self.sent = self.node.contending = box
         self.sof_ns = self.now_ns
         if box.words[1] >> 32 & _FD:
@@ -199,18 +200,18 @@ class Station:
         self.index = 0
         self.acknowledging = self.acknowledged = self.second_ack = self.fast = self.flagged = False
 
-    def _start_receiving(self) -> None:
-        """Start to receive a frame: the bit just sampled is its SOF."""
+    def begin_receiving(self) -> None:
+        """Start to receive a frame."""
         self._begin_frame()
         self.transmitting = self.sof_seen = False
         self.state = _FRAME
-        self._frame_bit(0)
 
     # between frames
 
     def _idle_bit(self, level: int) -> None:
         if level == 0:
-            self._start_receiving()
+            self.begin_receiving()
+            self._frame_bit(0)  # the bit just sampled is its SOF
             return
         self.sof_seen = False
         if self.state == _SUSPEND:
@@ -222,10 +223,11 @@ class Station:
             if self.left > 0:
                 self._overload()
             elif self.ready_to_send() and not (self.transmitting and self.node.passive):
-                self._transmit_offer()  # the third bit is somebody's SOF, and counts as its own too
+                self._transmit(self.node.offer)  # the third bit is somebody's SOF, and counts as its own too
                 self._take_bit(0, False)
             else:
-                self._start_receiving()
+                self.begin_receiving()
+                self._frame_bit(0)
         elif self.left == 0:
             suspended = self.transmitting and self.node.passive
             self.transmitting = self.flagged = self.sof_seen = False
@@ -245,7 +247,8 @@ class Station:
             node.sequences += 1
             self.rejoined = node.sequences >= node.waiting
 
-    def _deliver(self) -> None:
+    def deliver(self) -> None:
+        """Give the node what the frame that has ended means to it."""
         self.finished = False
         if self.transmitting:
             self.tally.frames += 1
@@ -326,12 +329,15 @@ class Station:
             bit = 31 - left
         else:
             bit = {_RTR: 11, _IDE: 12, _RTR2: 31}[field]
+        self.lose_silently()
+        if self.node.attentive or self.sent.single_shot:
+            self.node.arbitration_lost(self.sent, bit, self.sof_ns)
+
+    def lose_silently(self) -> None:
+        """Go on as a receiver, for now without a call to the node."""
         self.transmitting = False
-        node = self.node
-        node.contending = None
-        node.arbitration_losses += 1
-        if node.attentive or self.sent.single_shot:
-            node.arbitration_lost(self.sent, bit, self.sof_ns)
+        self.node.contending = None
+        self.node.arbitration_losses += 1
 
     def _tail_bit(self, level: int) -> None:
         if self.reader.field == _CRC_DELIMITER:
@@ -387,16 +393,18 @@ class Station:
         if level == 0 and (self.reader.left > 0 or self.transmitting):
             self._error(_FORM, self.index - 1)
         elif self.reader.left == 0:
-            self.finished = True  # a receiver accepts even if this bit was dominant
-            self.state = _INTERMISSION
-            self.left = 3
+            self.end_frame()  # a receiver accepts even if this bit was dominant
             if level == 0:
                 self._overload()
-        elif (
-            self.reader.left == 1 and self.node.validates_early and not self.transmitting and not self.stored
-        ):
+        elif self.reader.left == 1 and self.bits_till_valid(2) == 0:
             self.stored = True
             self._hand_over()
+
+    def end_frame(self) -> None:
+        """Go on with the intermission, after the last bit of EOF."""
+        self.finished = True
+        self.state = _INTERMISSION
+        self.left = 3
 
     # errors
 
@@ -410,7 +418,7 @@ class Station:
         if self.fast:
             self.fast = False
             self.rate_change = _TO_NOMINAL_RATE
-        node.segment = self.reader.part() if self.state == _FRAME else _DELIMITER_PART
+        node.segment = reader_state.part(self.reader) if self.state == _FRAME else _DELIMITER_PART
         node.read_dominant = self.last_sample == 0
         self._begin_error_flag(passive)
         node.error(kind, bit, self.transmitting, rule, self.now_ns)
@@ -444,14 +452,6 @@ class Station:
     def _leave_if_off(self) -> None:
         if not self.node.on_bus:
             self.wait_for_bus()
-
-    def _flag_bit(self, level: int) -> None:
-        if self.state == _PASSIVE_FLAG:
-            self._passive_flag_bit(level)
-        elif self.state == _FLAG_WAIT:
-            self._after_flag_bit(level)
-        else:
-            self._dominant_flag_bit(level)
 
     def _dominant_flag_bit(self, level: int) -> None:
         """Process a bit of an active error or overload flag; a bit error in it begins a new error flag."""
