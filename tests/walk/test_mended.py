@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 import canwire
+from canwire.boards.can.channel import Channel
+from canwire.boards.can.line import Line
 from canwire.bus.can.bit_level import BitLevel
 from canwire.bus.can.bits import measure
 from canwire.bus.can.bus import CanBus
@@ -20,8 +22,10 @@ from canwire.bus.can.stimulus import Stimulus
 from canwire.bus.can.tally import Tally
 from canwire.bus.load import BusLoad
 from canwire.chips.confinement import Confinement
+from canwire.chips.ideal.can_fd import CanFdController
 from canwire.chips.sja1000.controller import Sja1000
 from canwire.hub.protocol.turn_page import TurnPage
+from canwire.timeline import Timeline
 from tests.cases import each
 
 pytestmark = [pytest.mark.core, pytest.mark.finding("faults-2 11")]
@@ -107,6 +111,8 @@ def test_what_c_reads_unseen_is_never_none() -> None:
         (clock, ("station", "node", "echo")),
         (clock.echo, ("node",)),
         (BitLevel(), ("tally", "clocks", "stimuli")),
+        (Channel(1, 1), ("receive", "transmit")),
+        (CanFdController(Line("", Timeline())), ("host", "confinement", "normal", "high")),
         (Sja1000(), ("cells", "interrupts", "fifo", "filter", "confinement")),
     ):
         for name in names:
@@ -114,6 +120,12 @@ def test_what_c_reads_unseen_is_never_none() -> None:
                 setattr(thing, name, None)
             with pytest.raises(AttributeError):
                 delattr(thing, name)
-    for refused in (partial(Station, None, Tally()), partial(Station, Node(), None), partial(Clock, None, 0)):
+    for refused in (
+        partial(Station, None, Tally()),
+        partial(Station, Node(), None),
+        partial(Clock, None, 0),
+        partial(CanFdController, None),
+        partial(Channel, 1, 1, rings=(None, None)),
+    ):
         with pytest.raises(TypeError, match="None: must be"):
             refused()

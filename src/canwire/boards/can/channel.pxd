@@ -62,7 +62,7 @@ cdef class Channel(Sink):
 
 @cython.final
 cdef class Splitter(Sink):
-    cdef public list channels
+    cdef list channels  # not public: no None is among them
 
     cpdef int loop_back(self, Mailbox box, unsigned long long at_ns) except -1
 

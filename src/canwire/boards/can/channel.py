@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The queues of one client on a line: filters, receive ring, transmit ring, and exact counters.
 
 At any moment `accepted` = read + waiting + `lost`, and `sent` = `delivered` + `aborted` + `refused` + `pending()`.
@@ -24,6 +25,7 @@ from canwire.values.acceptance import (
     KEY_REMOTE,
     Acceptance,
 )
+from canwire.values.checks import instance
 
 VCI_REQUESTS = 1 << 8 | 1 << 9 | 1 << 10 | 1 << 11 | 0xF << 16 | 1 << 21 | 1 << 22 | 1 << 23
 ALL_REQUESTS = VCI_REQUESTS | 1 << 13 | 1 << 14 | 1 << 24
@@ -67,6 +69,11 @@ class Channel(Sink):
     Programs of its interface, `kin`, set `line_filter`, `hears_errors`, and what it may send (hearing.py).
     """
 
+    def __cinit__(self, *_: object, **__: object) -> None:
+        """Compiled: what was never initialised has all its parts, since no access to them is checked."""
+        self.receive = self.transmit = Ring.__new__(Ring)
+        self._outcomes = (deque(), deque())
+
     def __init__(
         self,
         receive_capacity: int,
@@ -78,6 +85,7 @@ class Channel(Sink):
         rings: tuple[Ring, Ring | None] | None = None,
     ) -> None:
         receive, transmit = rings or (Ring(receive_capacity), Ring(max(1, transmit_capacity)))
+        instance("receive", receive, Ring)
         self.receive = receive
         self.sends = transmit_capacity > 0 and transmit is not None
         self.transmit = Ring(1) if transmit is None else transmit

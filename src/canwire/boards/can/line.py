@@ -292,7 +292,9 @@ class Line(Host):
         if at == 0 or (driver.several and driver.full_for(channel)):
             return False
         delay_ns = ring._words[at]
-        if driver.occupied(ring._words, at) or (delay_ns and not self._due(channel, delay_ns, at_ns)):
+        if channel.urgent and driver.occupied(ring._words, at):
+            return False  # without urgent frames the caller has seen that there is room
+        if delay_ns and not self._due(channel, delay_ns, at_ns):
             return False
         channel.in_flight += 1
         if driver.load(ring._words, at, at_ns, channel):

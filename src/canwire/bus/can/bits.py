@@ -29,8 +29,10 @@ CRC21_ISO_START = 1 << 20
 STUFF_COUNT_CODE = (0b0000, 0b0011, 0b0110, 0b0101, 0b1100, 0b1111, 0b1010, 0b1001)
 
 _TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
-_START_STATE = 8 << 8  # last bit recessive, run of none
-START_STATE = _START_STATE
+_IDLE = 8 << 8  # the state in which a frame finds the bus: last bit recessive, run of none
+_STATE = 0xF00
+# alternating bits before a header of so many bits, the last one recessive: they change nothing, and make it 40 bits
+_BEFORE_39, _BEFORE_36, _BEFORE_19, _BEFORE_17 = 0x8000000000, 0x5000000000, 0xAAAAA80000, 0x5555_55 << 17
 
 
 def _crc15_table() -> array[int]:
@@ -45,48 +47,32 @@ def _crc15_table() -> array[int]:
     return table
 
 
-def _stuff_tables() -> list[array[int]]:
-    """For groups of 0..8 bits, by state << 8 | bits: next state << 8 | stuff bits inserted.
+def _stuff_tables(count: int) -> tuple[array[int], array[int]]:
+    """For groups of `count` bits, at index state | bits: the next state, and the number of stuff bits inserted.
 
-    A state is last bit << 3 | run length 0..5; its position suits the next look-up. A stuff bit
-    is inserted when the bit after a run of five is about to come, so a run that ends a CAN FD data field
-    stays without one.
+    A state is (last bit << 3 | run length 0..5) << 8. A stuff bit is inserted when the bit after a run of five is
+    about to come, so a run that ends a CAN FD data field stays without one.
     """
-    one = [_stuffed(state, bits & 1) for state in range(16) for bits in range(256)]
-    tables = [array("H"), array("H", one)]
-    for count in range(2, 9):
-        shorter = tables[count - 1]
-        table = array("H", bytes(2 * 16 * 256))
-        for state in range(16):
-            for bits in range(1 << count):
-                table[state << 8 | bits] = _then(shorter[state << 8 | bits >> 1], one, bits & 1)
-        tables.append(table)
-    return tables
-
-
-def _stuffed(state: int, bit: int) -> int:
-    last, run, inserted = state >> 3, state & 7, 0
-    if run == 5:
-        last, run, inserted = 1 - last, 1, 1
-    run = run + 1 if bit == last and run else 1
-    return (bit << 3 | min(run, 5)) << 8 | inserted
-
-
-def _then(step: int, one: list[int], bit: int) -> int:
-    """Combine a step of several bits with one more bit."""
-    last = one[step & 0xF00 | bit]
-    return last + (step & 0xF)
+    states, inserted = array("H", bytes(2 << 12)), array("H", bytes(2 << 12))
+    for first in range(16):
+        for bits in range(1 << count):
+            last, run, number = first >> 3, first & 7, 0
+            for k in range(count - 1, -1, -1):
+                bit = bits >> k & 1
+                if run == 5:
+                    last, run, number = 1 - last, 1, number + 1
+                last, run = bit, run + 1 if bit == last and run else 1
+            states[first << 8 | bits] = (last << 3 | run) << 8
+            inserted[first << 8 | bits] = number
+    return states, inserted
 
 
 _CRC15_BLOCK = _crc15_table()
-_STUFF_BLOCKS = _stuff_tables()
+_NEXT_BLOCK, _INSERTED_BLOCK = _stuff_tables(8)
+_NEXT5_BLOCK, _INSERTED5_BLOCK = _stuff_tables(5)
 _CRC15 = _mem.shorts_of(_CRC15_BLOCK)
-_STUFF1 = _mem.shorts_of(_STUFF_BLOCKS[1])
-_STUFF3 = _mem.shorts_of(_STUFF_BLOCKS[3])
-_STUFF4 = _mem.shorts_of(_STUFF_BLOCKS[4])
-_STUFF5 = _mem.shorts_of(_STUFF_BLOCKS[5])
-_STUFF7 = _mem.shorts_of(_STUFF_BLOCKS[7])
-_STUFF8 = _mem.shorts_of(_STUFF_BLOCKS[8])
+_NEXT, _INSERTED = _mem.shorts_of(_NEXT_BLOCK), _mem.shorts_of(_INSERTED_BLOCK)
+_NEXT5, _INSERTED5 = _mem.shorts_of(_NEXT5_BLOCK), _mem.shorts_of(_INSERTED5_BLOCK)
 _LENGTH_BLOCK = array("H", FD_LENGTHS)
 _LENGTHS = _mem.shorts_of(_LENGTH_BLOCK)
 
@@ -120,96 +106,100 @@ def show_error_state(box: Mailbox, passive: bool, fd_mode: int) -> None:
 
 
 def _measure_classic(words: _mem.Words, head: int) -> int:
-    """The number of bits from SOF to the end of EOF.
-
-    `count` sums whole table entries: their low bytes are the stuff bits.
-    """
+    """The number of bits from SOF to the end of EOF."""
     info = head >> 32
     identifier = head & 0x1FFFFFFF
     dlc = info >> 16 & 15
     remote = 1 if info & _REMOTE else 0
     length = 0 if remote else (dlc if dlc < 8 else 8)
-    table = _STUFF8
-    crc_table = _CRC15
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RTR, r1, r0, DLC: 39 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 7 | remote << 6 | dlc
-        bits = 64 + 8 * length
-        step = _STUFF7[_START_STATE + (header >> 32)]
-        count = step
-        step = table[step & 0xF00 | header >> 24 & 255]
-        count += step
-        step = table[step & 0xF00 | header >> 16 & 255]
-        count += step
-        crc = crc_table[(length + 4) << 8 | header >> 32]
-        crc ^= crc_table[(length + 3) << 8 | header >> 24 & 255]
-        crc ^= crc_table[(length + 2) << 8 | header >> 16 & 255]
+        bits = 64
+        before = _BEFORE_39
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
-        bits = 44 + 8 * length
-        step = _STUFF3[_START_STATE + (header >> 16)]
-        count = step
-        crc = crc_table[(length + 2) << 8 | header >> 16]
-    step = table[step & 0xF00 | header >> 8 & 255]
-    count += step
-    crc ^= crc_table[(length + 1) << 8 | header >> 8 & 255]
-    step = table[step & 0xF00 | header & 255]
-    count += step
-    crc ^= crc_table[length << 8 | header & 255]
+        bits = 44
+        before = _BEFORE_19
+    step = _stuffed_header(before | header)
+    crc = _CRC15[(length + 4) << 8 | header >> 32] ^ _CRC15[(length + 3) << 8 | header >> 24 & 255]
+    crc ^= _CRC15[(length + 2) << 8 | header >> 16 & 255] ^ _CRC15[(length + 1) << 8 | header >> 8 & 255]
+    crc ^= _CRC15[length << 8 | header & 255]
+    bits += 8 * length + (step & 255)
+    state = step & _STATE
     data = words[2]
     while length > 0:
         length -= 1
-        step = table[step & 0xF00 | data & 255]
-        count += step
-        crc ^= crc_table[length << 8 | data & 255]
+        at = state | data & 255
+        state = _NEXT[at]
+        bits += _INSERTED[at]
+        crc ^= _CRC15[length << 8 | data & 255]
         data >>= 8
-    step = _STUFF7[step & 0xF00 | crc >> 8]
-    count += step
-    step = table[step & 0xF00 | crc & 255]
-    count += step
-    if step & 0x700 == 0x500:
-        count += 1
-    return bits + (count & 255)
+    at = state | crc >> 7
+    bits += _INSERTED[at]
+    at = _NEXT[at] | crc << 1 & 255  # with a bit after it, before which a run of five gets its stuff bit
+    return bits + _INSERTED[at]
+
+
+def _stuffed_header(bits: int) -> int:
+    """The state after a header, which `_BEFORE` makes 40 bits long, and in its low byte the number of stuff bits."""
+    at = _IDLE | bits >> 32
+    count = _INSERTED[at]
+    at = _NEXT[at] | bits >> 24 & 255
+    count += _INSERTED[at]
+    at = _NEXT[at] | bits >> 16 & 255
+    count += _INSERTED[at]
+    at = _NEXT[at] | bits >> 8 & 255
+    count += _INSERTED[at]
+    at = _NEXT[at] | bits & 255
+    return _NEXT[at] | count + _INSERTED[at]
+
+
+def _stuffed(state: int, data: int, length: int) -> int:
+    """The state after this many bytes of `data`, lowest first, and in its low byte the number of their stuff bits."""
+    count = 0
+    while length > 0:
+        length -= 1
+        at = state | data & 255
+        state = _NEXT[at]
+        count += _INSERTED[at]
+        data >>= 8
+    return state | count
 
 
 def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
+    """The state in which a byte leaves nearly always follows from that byte alone, so the look-ups of a word begin
+    with this `guess`, and need not wait for those of the word before.
+    """
     words = box.words
     info = head >> 32
     identifier = head & 0x1FFFFFFF
     dlc = info >> 16 & 15
-    length = _LENGTHS[dlc]
+    left = _LENGTHS[dlc]
     switch = 1 if info & _BIT_RATE_SWITCH else 0
-    table = _STUFF8
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RRS, FDF, res, BRS: 36 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 4 | 4 | switch
-        bits = 41
-        step = _STUFF4[_START_STATE + (header >> 32)]
-        count = step
-        step = table[step & 0xF00 | header >> 24 & 255]
-        count += step
-        step = table[step & 0xF00 | header >> 16 & 255]
-        count += step
+        bits = 36
+        before = _BEFORE_36
     else:  # SOF, base, RRS, IDE, FDF, res, BRS: 17 bits
         header = identifier << 5 | 4 | switch
-        bits = 22
-        step = _STUFF1[_START_STATE + (header >> 16)]
-        count = step
-    step = table[step & 0xF00 | header >> 8 & 255]
-    count += step
-    step = table[step & 0xF00 | header & 255]
-    count += step
-    nominal = bits - 5 + (count & 255)
-    step = _STUFF5[step & 0xF00 | (16 if info & _ERROR_STATE else 0) | dlc]
-    count += step
+        bits = 17
+        before = _BEFORE_17
+    step = _stuffed_header(before | header)
+    nominal = bits + (step & 255)
+    at = step & _STATE | (16 if info & _ERROR_STATE else 0) | dlc
+    bits = 5 + 8 * left + (27 if left <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0) + _INSERTED5[at]
+    state = _NEXT5[at]
+    guess = state
     at = 2
-    left = length
     while left > 0:
         data = words[at]
         at += 1
-        for _ in range(left if left < 8 else 8):
-            step = table[step & 0xF00 | data & 255]
-            count += step
-            data >>= 8
+        step = _stuffed(guess, data, left if left < 8 else 8)
+        if guess != state:
+            step = _stuffed(state, data, left if left < 8 else 8)
+        bits += step & 255
+        state = step & _STATE
+        guess = _NEXT[_IDLE | data >> 56]
         left -= 8
-    crc_field = (27 if length <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0)
-    box.bits = bits + 8 * length + (count & 255) + crc_field + _TAIL_BITS
-    box.data_bits = box.bits - _TAIL_BITS - nominal if switch else 0
+    box.bits = nominal + bits + _TAIL_BITS
+    box.data_bits = bits if switch else 0

@@ -291,7 +291,6 @@ class CanBus(BusState):
                     collision = False
                     lowest = key
                     sender = node
-                    self._box = box
                 elif key == lowest:
                     collision = True
             if node.tainted:
@@ -299,13 +298,12 @@ class CanBus(BusState):
             node = node.next_member
         if sender is None:
             return False
-        if self._free_ns > self._busy_from_ns:
-            self.load.add(self._busy_from_ns, self._free_ns)
         if start_ns != self._free_ns:
             self._begin_late(start_ns)
-        self._start_ns = self._busy_from_ns = start_ns
+        self._start_ns = start_ns
         sender.arbitration_losses -= 1
         self._sender = sender
+        self._box = sender.offer
         self._rivals = 0  # left to be counted
         joins = self._waiting and self._joining.count(start_ns, self._free_ps)
         if self._sleeping:

@@ -24,7 +24,7 @@ class BusState(Bus):
     """REST between frames, SENDING one as a whole, ERRING after one without an acknowledge, or BITWISE.
 
     At REST the bus is free from `_free_ns` and `_free_ps` on, which may be in the future: the intermission is part of
-    REST. `load` is complete up to `_busy_from_ns`; at REST the time from `_busy_from_ns` to `_free_ns` is missing.
+    REST. `load` is complete up to `_busy_from_ns`; the busy time from there on, at REST up to `_free_ns`, is missing.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -130,6 +130,9 @@ class BusState(Bus):
 
     def _begin_late(self, start_ns: int) -> None:
         """Note that the bus rested until this SOF, even if only for a moment."""
+        if self._free_ns > self._busy_from_ns:
+            self.load.add(self._busy_from_ns, self._free_ns)
+        self._busy_from_ns = start_ns
         self._free_ps = 0
         if start_ns > self._free_ns + self._pause_ns:
             self._busy_since_ns = start_ns

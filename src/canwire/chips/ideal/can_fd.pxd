@@ -10,9 +10,9 @@ cdef int _STOPPED, _ERROR, _STATE, _ARBITRATION_LOST
 
 @cython.final
 cdef class CanFdController(Node):
-    cdef public Host host
-    cdef public Confinement confinement
-    cdef public Mailbox normal, high
+    cdef readonly Host host
+    cdef readonly Confinement confinement
+    cdef readonly Mailbox normal, high
     cdef public bint running
     cdef public unsigned long long errors, frames_sent
     cdef public int last_error

@@ -1,3 +1,4 @@
+# cython: nonecheck=False
 """The ideal CAN FD controller: no registers, two mailboxes, and the fast path between bus and line.
 
 Frames of high priority have a separate mailbox that is sent before the normal one. Received frames and
@@ -10,6 +11,7 @@ from canwire.bus.can import bits as can_bits
 from canwire.bus.can.node import Mailbox, Node
 from canwire.chips.confinement import Confinement
 from canwire.chips.host import Host
+from canwire.values.checks import instance
 from canwire.values.controller_options import USUAL, ControllerOptions
 from canwire.values.event import ErrorState, EventKind
 
@@ -24,8 +26,16 @@ RECOVERY_SEQUENCES = 128
 class CanFdController(Node):
     """The controller: two mailboxes, and fault confinement."""
 
+    def __cinit__(self, *_: object) -> None:
+        """Compiled: what was never initialised has all its parts, since no access to them is checked."""
+        self.host = Host.__new__(Host)
+        self.confinement = Confinement.__new__(Confinement)
+        self.normal = Mailbox.__new__(Mailbox)
+        self.high = self.normal
+
     def __init__(self, host: Host) -> None:
         super().__init__()
+        instance("host", host, Host)
         self.host = host
         self.confinement = Confinement()
         self.normal = Mailbox()
