@@ -74,7 +74,8 @@ class Handle(Controls):
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
         with channel.lock:
-            self._look(channel)
+            if self._closed or channel.reading.fill():
+                self._look(channel)
             event = queue.pop()
             if event is None:
                 self._await(channel)
@@ -87,7 +88,8 @@ class Handle(Controls):
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
         with channel.lock:
-            self._look(channel)
+            if self._closed or channel.reading.fill():
+                self._look(channel)
             event = queue.pop()
             if event is None:
                 self._await(channel)
