@@ -9,7 +9,7 @@ of packages that `--built` names, where it is made of the same sources. Each row
 core, and take turns: old, new, new, old, a tenth of a second each, as many times as `--rounds` says. What else the
 machine does comes and goes more slowly than that, so it meets both alike. A ratio above 1 says that NEW is quicker; it
 is the median of the rounds, and beside it stand the quartiles. A row whose ratio by processor time is below 0.9 is
-measured once more, by other processes; the status is 1 if that is below 0.9 too. Rows that OLD cannot run are named.
+measured again by other processes; the status is 1 if that is so three times. Rows that OLD cannot run are named.
 
 `--short` has no wall clock, and ends a row after three rounds if none of them is below 0.95. If OLD is not in a clone
 without its whole history, it says so and nothing is compared.
@@ -37,6 +37,7 @@ ROOT = HERE.parent
 LEAST = 0.9
 ROUNDS = {False: 15, True: 7}  # with --short
 ENOUGH, CLEAR = 3, 0.95  # rounds that are enough in the short form if none of them is below this
+TRIES = 3  # a row that is below LEAST each time is slower
 SLICE_S = 0.1
 FEWEST = 10_000  # frames that a slice begins with, before it is known how many make a tenth of a second
 
@@ -184,7 +185,7 @@ def row_by_row(old: Path, new: Path, names: list[str], rounds: int, *, short: bo
     slower = []
     for name in names:
         try:
-            for _ in range(2):
+            for _ in range(TRIES):
                 ratios = compared(old, new, name, rounds, short=short)
                 print(f"{name:36}{told(ratios.processor):>24}{told(ratios.wall):>24}", flush=True)
                 if statistics.median(ratios.processor) >= LEAST:

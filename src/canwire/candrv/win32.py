@@ -65,12 +65,16 @@ def _answering(failure: int) -> Callable[[Callable[P, int]], Callable[P, int]]:
             try:
                 return call(*args, **kwargs)
             except CanwireError as error:
-                PROGRAM.last_error.code = as_candrv(error).code
-                return failure
+                return _failed(error, failure)
 
         return answer
 
     return wrap
+
+
+def _failed(error: CanwireError, failure: int) -> int:
+    PROGRAM.last_error.code = as_candrv(error).code
+    return failure
 
 
 def use(hub: Hub | None) -> None:
@@ -135,8 +139,7 @@ def WriteFile(
     return 1
 
 
-@_answering(0)
-def ReadFile(
+def ReadFile(  # without _answering: a wrapper's call would be a tenth of what an event costs
     hDevice: int,
     lpBuffer: Writable,
     dwCount: int,
@@ -145,11 +148,13 @@ def ReadFile(
 ) -> int:
     """Reads the next event as text. If the buffer is too small, it fails with ERROR_INSUFFICIENT_BUFFER and the event
     stays in the queue."""
-    set_dword(lpdwRead, 0)
-    handle = PROGRAM.handle(hDevice)
-    text = handle.read_text(room_in(lpBuffer, dwCount))
-    fill(lpBuffer, text)
-    set_dword(lpdwRead, len(text))
+    try:
+        set_dword(lpdwRead, 0)
+        text = PROGRAM.handle(hDevice).read_text(room_in(lpBuffer, dwCount))
+        fill(lpBuffer, text)
+        set_dword(lpdwRead, len(text))
+    except CanwireError as error:
+        return _failed(error, 0)
     return 1
 
 

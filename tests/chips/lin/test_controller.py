@@ -6,7 +6,8 @@ import pytest
 
 from canwire.bus.lin.bus import LinBus
 from canwire.bus.lin.node import LinNode, LinOffer, LinResponse
-from canwire.chips.lin.controller import LinController, LinEar, LinHost
+from canwire.chips.lin.controller import LinController
+from canwire.chips.lin.host import LinEar, LinHost
 from canwire.chips.lin.responses import ResponseTable
 from canwire.timeline import Timeline
 from canwire.values.lin.event import LinErrorKind, LinOutcome, LinState

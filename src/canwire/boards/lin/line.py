@@ -1,7 +1,6 @@
 """One LIN connector with its controller: set up, started and stopped by one client, with any number of monitors.
 
 States: undefined, `initialise` -> stopped, `start` -> running, `stop` -> stopped, `reset` -> undefined.
-
 Source: VCI V4 manual 5.3, 6.7.2 and 7.4; .NET manual 4.3; rulings 4 and 7.
 """
 
@@ -15,7 +14,8 @@ from canwire.boards.lin.modes import LinLineStatus, LinMode, check_mode
 from canwire.boards.lin.monitor import LinMonitor
 from canwire.boards.lin.splitter import LinSplitter
 from canwire.boards.lin.wake import WakeUp
-from canwire.chips.lin.controller import LinController, LinHost
+from canwire.chips.lin.controller import LinController
+from canwire.chips.lin.host import LinHost
 from canwire.drivers.lin_driver import LinDriver, LinSettings
 from canwire.errors import BadFrame, Busy, CanwireError, NotInitialised, WrongState
 from canwire.timeline import Timeline

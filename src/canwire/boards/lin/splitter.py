@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from canwire.boards.lin.monitor import LinMonitor, Queue, marked
 from canwire.bus.lin.node import LinResponse
-from canwire.chips.lin.controller import LinEar
+from canwire.chips.lin.host import LinEar
 from canwire.timeline import Timeline, Timer
 from canwire.values.lin.event import LinEvent, LinEventKind
 from canwire.values.lin.record import TIME_SIZE

@@ -87,7 +87,8 @@ class Handle(Controls):
         queue = self._queue if self._queue is not None else self._no_read()
         channel = self._channel
         with channel.lock:
-            self._look(channel)
+            if self._closed or channel.reading.fill():
+                self._look(channel)
             event = queue.pop()
             if event is None:
                 self._await(channel)
@@ -96,9 +97,8 @@ class Handle(Controls):
             text = format_event(event)
             if size is not None and len(text) > size:
                 queue.put_back(event)
-                raise CandrvError(
-                    Win32Error.ERROR_INSUFFICIENT_BUFFER, f"the event needs {len(text)} bytes, not {size}"
-                )
+                why = f"the event needs {len(text)} bytes, not {size}"
+                raise CandrvError(Win32Error.ERROR_INSUFFICIENT_BUFFER, why)
         return text
 
     def wait_comm_event(self, timeout: float | None = None) -> int:

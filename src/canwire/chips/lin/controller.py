@@ -1,6 +1,6 @@
 """The ideal LIN controller, master or slave: a response table, one transmit buffer, sleep and wake-up.
 
-Received frames go to a `LinEar`, everything else to a `LinHost`: the interfaces that a line implements.
+Received frames go to a `LinEar`, everything else to a `LinHost` (host.py).
 
 Source: LIN 2.2A 2; VCI V4 manual 5.3.3; reference/lin-protocol.md sections 6 to 8.
 """
@@ -8,6 +8,7 @@ Source: LIN 2.2A 2; VCI V4 manual 5.3.3; reference/lin-protocol.md sections 6 to
 from __future__ import annotations
 
 from canwire.bus.lin.node import IDENTIFIERS, LinNode, LinOffer, LinResponse
+from canwire.chips.lin.host import LinEar, LinHost
 from canwire.chips.lin.responses import ResponseTable
 from canwire.values.lin.event import (
     BUS_OFF_STATUS,
@@ -26,43 +27,6 @@ _CHKSUM, _SLNORE = int(LinErrorKind.CHKSUM), int(LinErrorKind.SLNORE)
 _IN_RESPONSE = (_BIT, _CHKSUM, _OTHER)
 ERROR_LIMIT = 255  # of an 8-bit error counter
 _RESERVED = 0x3E
-
-
-class LinEar:
-    """Receives the frames of a controller, in the order of bus time: those of others if it `hears`, those that the
-    controller sends if it `hears_own`.
-    """
-
-    hears = True
-    hears_own = True
-
-    def deliver(self, response: LinResponse, at_ns: int) -> None:
-        """Called when another node's response arrived, with a correct checksum, if it `hears`."""
-        raise NotImplementedError
-
-    def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
-        """Called when this controller's own response was sent, if it `hears_own`."""
-        raise NotImplementedError
-
-
-class LinHost:
-    """Receives a controller's reports, in the order of bus time."""
-
-    def error(self, kind: int, id: int, transmitting: bool, at_ns: int) -> None:
-        """Called at a LinErrorKind, with the identifier of its frame or -1."""
-        raise NotImplementedError
-
-    def state_changed(self, at_ns: int) -> None:
-        """Called when `state()` or `status()` has changed."""
-        raise NotImplementedError
-
-    def woken(self, at_ns: int) -> None:
-        """Called when another node's wake-up pulse ended the sleep."""
-        raise NotImplementedError
-
-    def finished(self, id: int, outcome: LinOutcome, at_ns: int) -> None:
-        """Called when the transmission is over and the buffer is free again; `id` is -1 for a wake-up pulse."""
-        raise NotImplementedError
 
 
 class LinController(LinNode):

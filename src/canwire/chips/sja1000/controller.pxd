@@ -21,7 +21,7 @@ cdef class Sja1000(Modes):
     @cython.locals(code=int)
     cpdef write(self, int address, int value)
     cdef int _look_at(self, int code) except -1
-    cdef int _window(self, int code) noexcept
+    cdef inline int _window(self, int code) noexcept
     @cython.locals(value=int, activity=int)
     cdef int _status(self) except -1
     cdef int _write(self, int code, int value) except -1

@@ -108,6 +108,8 @@ class Sja1000(Modes):
         code = self._reads[address & 127]
         if code < _SPECIAL:
             return self.cells[code]
+        if code >= _WINDOW:  # most of all reads
+            return self.cells[self._window(code)]
         if code == _READ_INTERRUPT:
             return self.interrupts.take(_RI) if self.pelican else self.interrupts.take(0) | _BASIC_IR_ONES
         if code == _READ_ALC:

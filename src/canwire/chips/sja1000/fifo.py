@@ -92,8 +92,10 @@ class ReceiveFifo:
         cells, base, lead = self._cells, _BASE, self._lead
         at = self.start + self.used
         bytes_left = self._first_bytes
-        for k in range(size):
-            if k == lead:
-                bytes_left = self._data
-            cells[base + ((at + k) & 63)] = bytes_left & 255
+        for k in range(at, at + (lead if lead < size else size)):
+            cells[base + (k & 63)] = bytes_left & 255
+            bytes_left >>= 8
+        bytes_left = self._data
+        for k in range(at + lead, at + size):
+            cells[base + (k & 63)] = bytes_left & 255
             bytes_left >>= 8
