@@ -158,6 +158,19 @@ def test_a_test_that_fails_on_the_unchanged_source_kills_nothing(small: Path, tm
     assert judge.verdict(unnoticed).status == "survived"
 
 
+def test_a_test_that_fails_by_chance_kills_nothing(small: Path, tmp_path: Path) -> None:
+    """On a busy machine one does now and then; it has to fail a second time."""
+    once = (
+        "from pathlib import Path\n\n\ndef test_price_of_the_shop():\n"
+        f"    seen = Path({str(tmp_path / 'seen')!r})\n    before = seen.exists()\n"
+        "    seen.touch()\n    assert before\n"
+    )
+    (small / "tests/room/test_by_chance.py").write_text(once)
+    unnoticed = Mutant(FILE, 9, 7, "pieces < 10", "(pieces <= 10)", "price")
+    assert Judge(small, tmp_path / "scratch").verdict(unnoticed).status == "survived"
+    assert (tmp_path / "seen").exists()
+
+
 def test_the_table() -> None:
     rows = [
         {"file": "src/canwire/bus/a.py", "status": "killed", "seconds": 60},

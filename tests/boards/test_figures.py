@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from canwire import BitTiming, Capabilities, Feature, TimingLimits, TimingRange
+from canwire.boards import figures
 from canwire.boards.figures import USB_TO_CAN, USB_TO_CAN_FD
 from tests.cases import each
 
@@ -40,19 +41,25 @@ def limits_of(found: TimingRange) -> TimingLimits:
     [
         (USB_TO_CAN_FD, 80_000_000, ((2, 513), (1, 256), (1, 256), (1, 128)), (0x0D, 2)),
         (USB_TO_CAN, 36_000_000, ((1, 1024), (1, 16), (1, 8), (1, 4)), (0x0C, 3)),
+        (figures.SJA1000_LINE, 8_000_000, ((1, 64), (1, 16), (1, 8), (1, 4)), (0x05, 2)),
+        (figures.MCP2515_LINE, 8_000_000, ((1, 64), (2, 16), (2, 8), (1, 4)), (0, 2)),
     ],
 )
 def test_what_is_published_of_the_real_boards(
     capabilities: Capabilities, clock_hz: int, ranges: object, type_and_coupling: tuple[int, int]
 ) -> None:
-    """reference/vci.md section 8."""
+    """reference/vci.md section 8; SJA1000 data sheet 6.5; MCP2515 data sheet 5.3, both with 16 MHz."""
     found = capabilities.nominal
     assert capabilities.clock_hz == clock_hz
     assert (found.prescaler, found.tseg1, found.tseg2, found.sjw) == ranges
     assert (capabilities.controller_type, capabilities.bus_coupling) == type_and_coupling
 
 
-@pytest.mark.parametrize("capabilities", [USB_TO_CAN_FD, USB_TO_CAN], ids=["fd", "classic"])
+@pytest.mark.parametrize(
+    "capabilities",
+    [USB_TO_CAN_FD, USB_TO_CAN, figures.SJA1000_LINE, figures.MCP2515_LINE],
+    ids=["fd", "classic", "sja1000", "mcp2515"],
+)
 def test_ticks_are_whole_nanoseconds(capabilities: Capabilities) -> None:
     ticks = (capabilities.stamps, capabilities.cyclic, capabilities.delay)
     assert [tick.tick_ns for tick in ticks] == [1_000, 100_000, 100_000]
@@ -66,6 +73,23 @@ def test_only_the_fd_board_knows_fd() -> None:
     assert USB_TO_CAN_FD.can(fd)
     assert USB_TO_CAN_FD.data == replace(USB_TO_CAN_FD.nominal, offset_max=255)
     assert USB_TO_CAN.data is None
+
+
+def test_what_the_other_boards_cannot_do() -> None:
+    every = USB_TO_CAN.features
+    assert every & ~figures.SJA1000_LINE.features == Feature.HIGH_PRIORITY
+    assert every & ~figures.MCP2515_LINE.features == Feature.HIGH_PRIORITY
+    assert every & ~figures.PASSIVE_LINE.features == Feature.HIGH_PRIORITY | Feature.SCHEDULER
+    assert (figures.PASSIVE_LINE.cyclic.tick_ns, figures.SJA1000_LINE.cyclic.tick_ns) == (0, 100_000)
+    adapter = Feature.LISTEN_ONLY | Feature.BUS_LOAD | Feature.SINGLE_SHOT | Feature.HIGH_PRIORITY
+    assert every & ~figures.ADAPTER.features == adapter | Feature.AUTO_BAUD
+    for plain, other in (
+        (figures.ADAPTER, figures.SERIAL_ADAPTER),
+        (figures.FD_ADAPTER, figures.SERIAL_FD_ADAPTER),
+    ):
+        assert plain.features ^ other.features == Feature.LISTEN_ONLY
+    fd = Feature.EXTENDED_DATA | Feature.FAST_DATA | Feature.ISO_FRAME
+    assert figures.ADAPTER.features ^ figures.FD_ADAPTER.features == fd
 
 
 @each("preset", NOMINAL_PRESETS, ids=lambda preset: str(preset[0]))

@@ -135,30 +135,38 @@ class Judge:
         self._within: dict[tuple[bool, frozenset[str]], bool] = {}
 
     def verdict(self, mutant: Mutant) -> Verdict:
-        """Killed by the first test that fails, but passes on the unchanged source."""
+        """Killed by the first test that fails twice, but passes on the unchanged source."""
         began = time.monotonic()
         compiled = self._compiled(mutant)
-        tree = self._trees[compiled]
-        source = (tree.root / mutant.file).read_text("utf-8")
         status, by = "survived", ""
-        waiting = stages(tree.root, mutant)
+        waiting = stages(self._trees[compiled].root, mutant)
         every = frozenset(file for stage in waiting for file in stage)
+        by_chance: list[str] = []
         left_s = CPU_S[compiled]
         while waiting and status == "survived":
-            tree.write(mutant.file, mutant.applied(source))
-            try:
-                end, by, spent_s = tree.run(waiting[0], self._failing[compiled], left_s)
-            finally:
-                tree.write(mutant.file, source)
+            end, by, spent_s = self._run(mutant, waiting[0], by_chance, left_s)
             left_s -= spent_s
             if end == "limit" or left_s <= 0:
                 status, by = ("killed" if self._quick(compiled, every) else "survived"), "the time limit"
                 break
             if end == "passed":
                 waiting.pop(0)
+            elif "::" in by and self._run(mutant, [by], [], CPU_S[compiled]).end == "passed":
+                by_chance.append(by)
             elif self._believed(compiled, by):
                 status = "killed"
         return Verdict(status, by, round(time.monotonic() - began, 1))
+
+    def _run(self, mutant: Mutant, tests: Sequence[str], without: Sequence[str], cpu_s: float) -> Outcome:
+        """These tests on the source with this mutant."""
+        compiled = self._compiled(mutant)
+        tree = self._trees[compiled]
+        source = (tree.root / mutant.file).read_text("utf-8")
+        tree.write(mutant.file, mutant.applied(source))
+        try:
+            return tree.run(tests, [*self._failing[compiled], *without], cpu_s)
+        finally:
+            tree.write(mutant.file, source)
 
     def failing_anyway(self, rows: Sequence[tuple[Mutant, str]]) -> list[Mutant]:
         """Those of these mutants and their killers whose killer fails on the unchanged source, too."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -49,6 +49,31 @@ def descriptors() -> int:
     """How many are open, those of earlier tests' garbage not counted."""
     gc.collect()
     return len(os.listdir("/proc/self/fd"))
+
+
+# lines of the other kind
+
+
+@pytest.mark.parametrize(
+    ("line", "ask"),
+    [
+        (0, lambda hub, line: hub.lin_status(hub.boards()[0].id, line)),
+        (0, lambda hub, line: hub.open_monitor(hub.boards()[0].id, line)),
+        (2, lambda hub, line: hub.line_status(hub.boards()[0].id, line)),
+        (2, lambda hub, line: hub.open_channel(hub.boards()[0].id, line)),
+        (2, lambda hub, line: hub.open_scheduler(hub.boards()[0].id, line)),
+        (2, lambda hub, line: hub.open_share(hub.boards()[0].id, line, read=True, write=True)),
+    ],
+)
+def test_a_line_of_the_other_kind_says_which_it_is(
+    hub: Hub, line: int, ask: Callable[[Hub, int], object]
+) -> None:
+    with pytest.raises(Unsupported, match=f"HW000001:{line} is a {'LIN' if line else 'CAN'} line"):
+        ask(hub, line)
+    for beyond in (3, -1):
+        with pytest.raises((NoSuchBoard, BadValue)):
+            ask(hub, beyond)
+    ask(hub, 2 - line)
 
 
 # a client that goes

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import queue
 from collections.abc import Iterator
 from contextlib import closing
+from typing import Any
 
 import pytest
 
 from canwire import BadMessage
 from canwire.hub.links.network import wire
+from canwire.hub.links.network.calls import Asked, Positions, answered_in, encode
+from canwire.hub.links.network.guest import Guest
 from canwire.hub.links.network.lockstep.held_place import HeldPlace
 from canwire.hub.links.network.lockstep.stirs import IncomingStirs, OutgoingStirs
 from canwire.hub.links.network.wire import Report
 from canwire.hub.owner.lockstep.shared_page import SharedPage
+from canwire.hub.protocol import messages as m
+from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.turn_wait import TurnWait
+from canwire.platform import EventDescriptor
+from tests.hub.links.network.places import until
 from tests.hubs import LONG_S
 
 
@@ -40,6 +48,89 @@ def test_a_wait_is_told_its_end_and_one_that_was_interrupted_that_another_has_be
     place.begin(9, lambda now_ns: told.put(("too late", now_ns)))
     assert told.get(timeout=LONG_S) == ("too late", None)
     assert told.empty()
+
+
+class PageLink:
+    """A hub of which a guest sees the page for its program's one thread, and nothing else."""
+
+    time = "lockstep"
+
+    def __init__(self, page: SharedPage) -> None:
+        self.page = page
+        self.doorbell = EventDescriptor()
+
+    def call(self, request: m.Message) -> Answer:
+        assert isinstance(request, m.JoinTime)
+        return m.Joined("hub", 0), self.page.hand_over()
+
+    def listen(self, listener: object) -> None:
+        """There are no notices."""
+
+    def close(self) -> None:
+        self.doorbell.close()
+
+
+class Remote:
+    """A program elsewhere that takes part in the hub's time, and the hub's end of its connection."""
+
+    def __init__(self, page: SharedPage) -> None:
+        link: Any = PageLink(page)
+        self.stirs = OutgoingStirs()
+        self.guest = Guest(link, "somebody", "configure", lambda payload: None, lambda: True)
+        self.answers: queue.Queue[m.Message] = queue.Queue()
+        self.serials = itertools.count(1)
+
+    def ask(self, request: m.Message, positions: Positions = ()) -> None:
+        """The call says which data were sent before it."""
+        serial = next(self.serials)
+        payload = m.encode_request(serial, request)[m.LENGTH.size :]
+        self.guest.ask(encode(Asked(serial, serial, "elsewhere", positions, payload)), self.answered)
+
+    def answered(self, payload: bytes) -> None:
+        self.answers.put(m.decode_reply(answered_in(payload).reply)[2])
+
+    def answer(self) -> m.Message:
+        return self.answers.get(timeout=LONG_S)
+
+    def send_stirs(self, count: int) -> None:
+        for _ in range(count):
+            self.stirs.stir()
+            for payload in self.stirs.batches(0):
+                self.guest.take(payload)
+
+
+@pytest.fixture
+def remote(page: SharedPage) -> Iterator[Remote]:
+    made = Remote(page)
+    with closing(made.guest):
+        yield made
+
+
+def test_a_wait_begins_at_once_if_all_that_was_sent_before_it_has_come(
+    page: SharedPage, remote: Remote
+) -> None:
+    remote.ask(m.JoinTime("1-a", 5, "a"))
+    assert isinstance(remote.answer(), m.Joined)
+    for stirs, until_ns in enumerate((700, 800, 900)):
+        remote.ask(m.AwaitTurn(5, until_ns), ((wire.STIRS, stirs),))
+        assert (page.words.asked(), page.words.until_ns()) == (True, until_ns)
+        page.give(until_ns - 1)
+        assert remote.answer() == m.Number(until_ns - 1)
+        remote.send_stirs(1)
+
+
+def test_a_wait_that_overtakes_what_was_sent_before_it_begins_after_that(
+    page: SharedPage, remote: Remote
+) -> None:
+    remote.ask(m.JoinTime("1-a", 5, "a"))
+    assert isinstance(remote.answer(), m.Joined)
+    remote.send_stirs(1)
+    remote.ask(m.AwaitTurn(5, 700), ((wire.STIRS, 2),))
+    assert (page.words.asked(), remote.answers.empty()) == (False, True)
+    remote.send_stirs(1)
+    until(page.words.asked)
+    page.give(600)
+    assert remote.answer() == m.Number(600)
 
 
 def test_a_stir_comes_once_however_often_the_network_drops_or_repeats_it() -> None:
