@@ -79,11 +79,10 @@ class BitLevel:
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Start the bit level at an instant when the bus is idle and every node is at a bit boundary."""
-        self.origin_ns, self.origin_ps, self.now_ps = origin_ns, origin_ps, 0
-        self._drifts, self._wire = False, 1
+        self.origin_ns, self.origin_ps, self.now_ps, self._wire = origin_ns, origin_ps, 0, 1
+        self._drifts = self.tally.erring = False
         self._flip = self._asked_ps = self._fell_ps = -1
         self._flip_sender = None
-        self.tally.erring = False
         self.clocks, self._known = self._known, []
         if [clock.node for clock in self.clocks] != nodes:
             self.clocks = [Clock(Station(node, self.tally), 0) for node in nodes]
@@ -302,9 +301,8 @@ class BitLevel:
         return True
 
     def _step(self, at_ps: int) -> None:
-        self.now_ps, self._driven = at_ps, False
-        at_ns = self.at_ns(at_ps)
-        begun = sent = False
+        self.now_ps, at_ns = at_ps, self.at_ns(at_ps)
+        self._driven = begun = sent = False
         shown_otherwise = self.shorted or self._flip >= 0
         for clock in self.clocks:
             clock.station.now_ns = at_ns
@@ -354,8 +352,7 @@ class BitLevel:
             station.sof_seen = False
         else:
             clock.begin_bit(at_ps)
-        if station.out != out or station.transmitting:
-            self._driven = True
+        self._driven = self._driven or station.out != out or station.transmitting
         if self.watch is not None:
             self.watch(clock, self.offset_ps() + at_ps)
 
