@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import subprocess
@@ -159,6 +160,28 @@ def told(block: str) -> Told:
 
 def told_of(frame: Frame) -> Told:
     return frame.id, frame.extended, frame.remote, frame.fd, frame.dlc, frame.data
+
+
+def test_many_changes_at_once_are_the_same_text_as_one_by_one() -> None:
+    texts = []
+    for coasts in (True, False):
+        with Lab(seed=7) as lab:
+            bus = lab.can_bus("can0", bit_rate=320_000, data_bit_rate=2_000_000)
+            bus.wire.bits.coasts = coasts
+            sender, _, other = bus.node("sender"), bus.node("receiver"), bus.node("other")
+            bus.faults.noise(2e-3)
+            file = io.StringIO()
+            trace = VcdTrace(bus.wire, file, "can0")
+            for text in FRAMES:
+                sender.send(parse_frame(text))
+                other.send(parse_frame("123#33"))
+            lab.run_for(700e-6)
+            file.write("$comment in the middle of a frame $end\n")
+            lab.run_for(20e-3)
+            trace.close()
+            texts.append(file.getvalue())
+    assert texts[0] == texts[1]
+    assert texts[0].count("\n0!") > 100
 
 
 def test_a_closed_trace_leaves_the_bus_at_full_speed(tmp_path: Path) -> None:

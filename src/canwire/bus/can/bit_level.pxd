@@ -22,7 +22,7 @@ cdef class BitLevel:
     cdef public bint shorted, undisturbed, pinned, coasts, aligned, halfway
     cdef Stretch _stretch
     cdef Apart _apart
-    cdef bint _stepping, _forcing, _drifts
+    cdef bint _stepping, _forcing, _drifts, _driven
     cdef public object capture, capture_many, disturb, spare, watch
     cdef readonly list stimuli
     cdef long long _change_ps, _asked_ps, _fell_ps
@@ -65,11 +65,11 @@ cdef class BitLevel:
     cpdef int step_at(self, long long at_ps) except -1
     @cython.locals(clock=Clock, at_ns="unsigned long long")
     cdef bint _deliver(self, long long at_ps) except -1
-    @cython.locals(at_ns="unsigned long long", changed=bint, sent=bint, clock=Clock)
+    @cython.locals(at_ns="unsigned long long", begun=bint, sent=bint, shown_otherwise=bint, clock=Clock)
     cdef int _step(self, long long at_ps) except -1
     @cython.locals(clock=Clock)
     cdef int _begin_bits(self, long long at_ps) except -1
-    @cython.locals(station=Station, idle=bint)
+    @cython.locals(station=Station, idle=bint, out=int)
     cdef int _begin_bit(self, Clock clock, long long at_ps) except -1
     cdef bint _dominant_before(self, Clock clock, long long at_ps) except -1
     @cython.locals(common="long long", due="long long", clock=Clock)

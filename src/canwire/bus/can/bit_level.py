@@ -62,7 +62,7 @@ class BitLevel:
         self.victim: Node | None = None
         self.sender_seen: Node | None = None
         self.index_seen = 0
-        self._drifts = self._stepping = self._forcing = False
+        self._drifts = self._stepping = self._forcing = self._driven = False
         self._latest: Clock | None = None  # of those that are aligned, whose sample point comes last
         self._wire = self._shown = 1
         self._forced, self._change_ps = _FREE, _NEVER
@@ -79,11 +79,10 @@ class BitLevel:
 
     def enter(self, nodes: list[Node], origin_ns: int, origin_ps: int) -> None:
         """Start the bit level at an instant when the bus is idle and every node is at a bit boundary."""
-        self.origin_ns, self.origin_ps, self.now_ps = origin_ns, origin_ps, 0
-        self._drifts, self._wire = False, 1
+        self.origin_ns, self.origin_ps, self.now_ps, self._wire = origin_ns, origin_ps, 0, 1
+        self._drifts = self.tally.erring = False
         self._flip = self._asked_ps = self._fell_ps = -1
         self._flip_sender = None
-        self.tally.erring = False
         self.clocks, self._known = self._known, []
         if [clock.node for clock in self.clocks] != nodes:
             self.clocks = [Clock(Station(node, self.tally), 0) for node in nodes]
@@ -203,7 +202,7 @@ class BitLevel:
     def _coast_apart(self, limit_ns: int) -> bool:
         """`coast` for clocks that are not aligned: each is followed separately, at most up to `limit_ns`."""
         apart = self._apart
-        if self._flip >= 0:
+        if self._flip >= 0 or apart.is_inside_bit():
             return False
         bits = apart.look_apart(self.clocks, self._wire, self._end_ps(limit_ns), self.disturb is None)
         if bits > 0 and self.disturb is not None:
@@ -302,25 +301,25 @@ class BitLevel:
         return True
 
     def _step(self, at_ps: int) -> None:
-        self.now_ps = at_ps
-        at_ns = self.at_ns(at_ps)
-        changed = sent = False
+        self.now_ps, at_ns = at_ps, self.at_ns(at_ps)
+        self._driven = begun = sent = False
+        shown_otherwise = self.shorted or self._flip >= 0
         for clock in self.clocks:
             clock.station.now_ns = at_ns
             if clock.due_ps == at_ps and not clock.sampling:
-                changed = True
+                begun = True
                 if clock.station.finished and clock.station.transmitting:
                     sent = True  # receivers get a frame before its sender gets the outcome
                 else:
                     self._begin_bit(clock, at_ps)
         if sent:
             self._begin_bits(at_ps)
-        if changed:
+        if begun and (shown_otherwise or self._driven):
             self._begin_disturbance()
         if self._change_ps <= at_ps:
             self._force(at_ps)
-            changed = True
-        if changed:
+            self._driven = True
+        if self._driven or (begun and shown_otherwise):
             self._settle(at_ps)
         if self._forcing:
             self._look_for_edges(at_ps)
@@ -344,7 +343,7 @@ class BitLevel:
                 self._begin_bit(clock, at_ps)
 
     def _begin_bit(self, clock: Clock, at_ps: int) -> None:
-        station = clock.station
+        station, out = clock.station, clock.station.out
         idle = station.state == _IDLE or station.rejoined or (station.state == _SUSPEND and station.left == 0)
         idle = idle and not clock.joins and not station.sof_seen
         if idle and self._dominant_before(clock, at_ps):
@@ -353,6 +352,7 @@ class BitLevel:
             station.sof_seen = False
         else:
             clock.begin_bit(at_ps)
+        self._driven = self._driven or station.out != out or station.transmitting
         if self.watch is not None:
             self.watch(clock, self.offset_ps() + at_ps)
 

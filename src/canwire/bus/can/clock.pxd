@@ -36,7 +36,7 @@ cdef class Clock:
     cpdef int sampled(self, long long at_ps) except -1
     cdef int drive_run(self, bytes levels, int first, int bits, long long at_ps) except -1
     cdef int answer(self, long long at_ps, bint over) except -1
-    @cython.locals(state=int)
+    @cython.locals(state=int, level=int)
     cdef int drive_steady(self, long long at_ps) except -1
     cdef int pass_bits(self, int bits, long long at_ps) noexcept
     cdef void keep_ahead(self, long long start_ps, long long due_ps, bint sampling, bint synchronised, int taken, int begun) noexcept

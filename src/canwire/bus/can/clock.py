@@ -172,8 +172,10 @@ class Clock:
     def drive_steady(self, at_ps: int) -> None:
         """Drive one level from `at_ps` on: dominant during an active error flag or an overload flag, else recessive."""
         state = self.station.state
-        self.station.out = 0 if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG else 1
-        self.echo.drive(self.station.out, at_ps)
+        level = 0 if state == _ACTIVE_FLAG or state == _OVERLOAD_FLAG else 1
+        self.station.out = level
+        if level != self.echo.last:
+            self.echo.drive(level, at_ps)
 
     def pass_bits(self, bits: int, at_ps: int) -> None:
         """Skip this number of bits, the first of which began at `at_ps`; all of them have been sampled."""

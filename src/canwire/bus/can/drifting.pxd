@@ -16,6 +16,8 @@ cdef class Apart(Stretch):
 
     @cython.locals(clock=Clock, sender=Station)
     cdef int look_apart(self, list clocks, int wire, long long limit_ps, bint calm) except -1
+    @cython.locals(sender=Clock)
+    cdef bint is_inside_bit(self) noexcept
     @cython.locals(lead=Clock, sender=Station, began_ps="long long", most="long long", bits=int, clock=Clock, station=Station)
     cdef int _look_along_one(self, list clocks, int wire, long long limit_ps) except -1
     @cython.locals(scratch=FrameReader, taken=int)

@@ -59,6 +59,16 @@ class Apart(Stretch):
                 return 0
         return self._look_at_rest(clocks, limit_ps) if wire else 0
 
+    def is_inside_bit(self) -> bool:
+        """Whether the sender found last still sends, and has not yet sampled its bit: no stretch begins there."""
+        sender = self.sender
+        return (
+            sender is not None
+            and sender.sampling
+            and sender.station.transmitting
+            and sender.station.state == _FRAME
+        )
+
     # a frame as it is laid out
 
     def _look_along_one(self, clocks: list[Clock], wire: int, limit_ps: int) -> int:

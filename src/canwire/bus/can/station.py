@@ -89,7 +89,7 @@ class Station:
         # the last bit that the node waited for has been sampled, and an SOF comes before that bit is over
         self.rejoined = self.sof_seen = bool(node.waiting) and node.sequences >= node.waiting
         self.overload = self.flagged = self.counted = self.stored = False
-        self._begin_frame()
+        self.acknowledging = self.acknowledged = self.second_ack = False
 
     def begin_bit(self) -> None:
         """Start a bit of this node: complete what the last bit caused, then choose `out`."""
