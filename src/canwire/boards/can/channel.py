@@ -72,7 +72,7 @@ class Channel(Sink):
     def __cinit__(self, *_: object, **__: object) -> None:
         """Compiled: what was never initialised has all its parts, since no access to them is checked."""
         self.receive = self.transmit = Ring.__new__(Ring)
-        self._outcomes = (deque(), deque())
+        self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class Channel(Sink):
         self.held = self.paused = False
         self.urgent = 0
         self._overrun_due = False
-        self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
+        self._outcomes = (deque(), deque())
         self.set_acceptance(None)
 
     def set_acceptance(self, acceptance: Acceptance | None) -> None:
