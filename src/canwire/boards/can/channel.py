@@ -72,7 +72,7 @@ class Channel(Sink):
     def __cinit__(self, *_: object, **__: object) -> None:
         """Compiled: what was never initialised has all its parts, since no access to them is checked."""
         self.receive = self.transmit = Ring.__new__(Ring)
-        self._outcomes = (deque(), deque())
+        self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
 
     def __init__(
         self,
@@ -105,19 +105,13 @@ class Channel(Sink):
         self.origin_ns = 0
         self.delay_tick_ns = 1
         self.longest_delay = 1 << 40
-        self.refused = 0
+        self.accepted = self.lost = self.sent = self.delivered = self.aborted = self.refused = 0
         self.in_flight = 0
-        self.accepted = 0
-        self.lost = 0
-        self.sent = 0
-        self.delivered = 0
-        self.aborted = 0
         self.last_sent_ns = 0
-        self.held = False
-        self.paused = False
+        self.held = self.paused = False
         self.urgent = 0
         self._overrun_due = False
-        self._outcomes: tuple[deque[Outcome], deque[Outcome]] = (deque(), deque())
+        self._outcomes = (deque(), deque())
         self.set_acceptance(None)
 
     def set_acceptance(self, acceptance: Acceptance | None) -> None:

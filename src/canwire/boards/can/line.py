@@ -60,8 +60,7 @@ class Line(Host):
         self.timeline = timeline
         self.controller = Node()
         self.driver = Driver(self, Mailbox(), Mailbox())
-        self.long_data = True
-        self.fast_data = True
+        self.long_data = self.fast_data = True
         self.holding = False
         self.kin = ""
         self.coupling_fault: Callable[[], bool] = bool  # False, of a line that cannot tell
@@ -292,8 +291,8 @@ class Line(Host):
         if at == 0 or (driver.several and driver.full_for(channel)):
             return False
         delay_ns = ring._words[at]
-        if channel.urgent and driver.occupied(ring._words, at):
-            return False  # without urgent frames the caller has seen that there is room
+        if channel.urgent and driver.occupied(ring._words, at):  # else the caller has seen that there is room
+            return False
         if delay_ns and not self._due(channel, delay_ns, at_ns):
             return False
         channel.in_flight += 1

@@ -30,9 +30,10 @@ STUFF_COUNT_CODE = (0b0000, 0b0011, 0b0110, 0b0101, 0b1100, 0b1111, 0b1010, 0b10
 
 _TAIL_BITS = 10  # CRC delimiter, ACK slot, ACK delimiter, EOF
 _IDLE = 8 << 8  # the state in which a frame finds the bus: last bit recessive, run of none
+START_STATE = _IDLE
 _STATE = 0xF00
-# alternating bits before a header of so many bits, the last one recessive: they change nothing, and make it 40 bits
-_BEFORE_39, _BEFORE_36, _BEFORE_19, _BEFORE_17 = 0x8000000000, 0x5000000000, 0xAAAAA80000, 0x5555_55 << 17
+# alternating bits that make a header whole bytes; the last is recessive, so they change nothing
+_BEFORE_39, _BEFORE_36, _BEFORE_19, _BEFORE_17 = 0b1 << 7, 0b0101 << 4, 0b10101 << 3, 0b1010101 << 1
 
 
 def _crc15_table() -> array[int]:
@@ -111,47 +112,41 @@ def _measure_classic(words: _mem.Words, head: int) -> int:
     identifier = head & 0x1FFFFFFF
     dlc = info >> 16 & 15
     remote = 1 if info & _REMOTE else 0
-    length = 0 if remote else (dlc if dlc < 8 else 8)
+    after = 0 if remote else (dlc if dlc < 8 else 8) << 8  # bytes that follow, as an index of the table
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RTR, r1, r0, DLC: 39 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 7 | remote << 6 | dlc
-        bits = 64
-        before = _BEFORE_39
+        at = _IDLE | _BEFORE_39 | header >> 32
+        bits = 64 + _INSERTED[at]
+        at = _NEXT[at] | header >> 24 & 255
+        bits += _INSERTED[at]
+        crc = _CRC15[after + 0x400 | header >> 32] ^ _CRC15[after + 0x300 | header >> 24 & 255]
+        at = _NEXT[at] | header >> 16 & 255
     else:  # SOF, base, RTR, IDE, r0, DLC: 19 bits
         header = identifier << 7 | remote << 6 | dlc
         bits = 44
-        before = _BEFORE_19
-    step = _stuffed_header(before | header)
-    crc = _CRC15[(length + 4) << 8 | header >> 32] ^ _CRC15[(length + 3) << 8 | header >> 24 & 255]
-    crc ^= _CRC15[(length + 2) << 8 | header >> 16 & 255] ^ _CRC15[(length + 1) << 8 | header >> 8 & 255]
-    crc ^= _CRC15[length << 8 | header & 255]
-    bits += 8 * length + (step & 255)
-    state = step & _STATE
+        crc = 0
+        at = _IDLE | _BEFORE_19 | header >> 16
+    bits += _INSERTED[at]
+    crc ^= _CRC15[after + 0x200 | header >> 16 & 255] ^ _CRC15[after + 0x100 | header >> 8 & 255]
+    at = _NEXT[at] | header >> 8 & 255
+    bits += _INSERTED[at]
+    at = _NEXT[at] | header & 255
+    bits += _INSERTED[at] + (after >> 5)
+    crc ^= _CRC15[after | header & 255]
+    state = _NEXT[at]
     data = words[2]
-    while length > 0:
-        length -= 1
-        at = state | data & 255
+    while after:
+        after -= 0x100
+        byte = data & 255
+        data >>= 8
+        at = state | byte
         state = _NEXT[at]
         bits += _INSERTED[at]
-        crc ^= _CRC15[length << 8 | data & 255]
-        data >>= 8
+        crc ^= _CRC15[after | byte]
     at = state | crc >> 7
     bits += _INSERTED[at]
-    at = _NEXT[at] | crc << 1 & 255  # with a bit after it, before which a run of five gets its stuff bit
+    at = _NEXT[at] | crc << 1 & 255  # one bit more, before which a run of five is stuffed
     return bits + _INSERTED[at]
-
-
-def _stuffed_header(bits: int) -> int:
-    """The state after a header, which `_BEFORE` makes 40 bits long, and in its low byte the number of stuff bits."""
-    at = _IDLE | bits >> 32
-    count = _INSERTED[at]
-    at = _NEXT[at] | bits >> 24 & 255
-    count += _INSERTED[at]
-    at = _NEXT[at] | bits >> 16 & 255
-    count += _INSERTED[at]
-    at = _NEXT[at] | bits >> 8 & 255
-    count += _INSERTED[at]
-    at = _NEXT[at] | bits & 255
-    return _NEXT[at] | count + _INSERTED[at]
 
 
 def _stuffed(state: int, data: int, length: int) -> int:
@@ -178,16 +173,23 @@ def _measure_fd(box: Mailbox, head: int, fd_mode: int) -> None:
     switch = 1 if info & _BIT_RATE_SWITCH else 0
     if info & _EXTENDED:  # SOF, base, SRR, IDE, extension, RRS, FDF, res, BRS: 36 bits
         header = (identifier >> 18 << 20 | 3 << 18 | identifier & 0x3FFFF) << 4 | 4 | switch
-        bits = 36
-        before = _BEFORE_36
+        at = _IDLE | _BEFORE_36 | header >> 32
+        nominal = 36 + _INSERTED[at]
+        at = _NEXT[at] | header >> 24 & 255
+        nominal += _INSERTED[at]
+        at = _NEXT[at] | header >> 16 & 255
     else:  # SOF, base, RRS, IDE, FDF, res, BRS: 17 bits
         header = identifier << 5 | 4 | switch
-        bits = 17
-        before = _BEFORE_17
-    step = _stuffed_header(before | header)
-    nominal = bits + (step & 255)
-    at = step & _STATE | (16 if info & _ERROR_STATE else 0) | dlc
-    bits = 5 + 8 * left + (27 if left <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0) + _INSERTED5[at]
+        nominal = 17
+        at = _IDLE | _BEFORE_17 | header >> 16
+    nominal += _INSERTED[at]
+    at = _NEXT[at] | header >> 8 & 255
+    nominal += _INSERTED[at]
+    at = _NEXT[at] | header & 255
+    nominal += _INSERTED[at]
+    at = _NEXT[at] | (16 if info & _ERROR_STATE else 0) | dlc
+    bits = 5 + 8 * left + (27 if left <= 16 else 32) - (5 if fd_mode == _NON_ISO else 0)
+    bits += _INSERTED5[at]
     state = _NEXT5[at]
     guess = state
     at = 2

@@ -303,7 +303,7 @@ class CanBus(BusState):
         self._start_ns = start_ns
         sender.arbitration_losses -= 1
         self._sender = sender
-        self._box = sender.offer
+        self._box = sender.offer  # type: ignore[assignment]  # a sender has an offer
         self._rivals = 0  # left to be counted
         joins = self._waiting and self._joining.count(start_ns, self._free_ps)
         if self._sleeping:
