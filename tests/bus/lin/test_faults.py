@@ -8,6 +8,8 @@ import pytest
 
 from canwire import BadValue, Lab, LabLinBus, LabLinNode, LinErrorKind, LinEventKind, LinFrame, LinOutcome
 
+pytestmark = pytest.mark.core
+
 BIT_NS = 50_000
 NONE: list[str] = []
 

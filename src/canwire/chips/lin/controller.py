@@ -1,3 +1,4 @@
+# cython: boundscheck=True
 """The ideal LIN controller, master or slave: a response table, one transmit buffer, sleep and wake-up.
 
 Received frames go to a `LinEar`, everything else to a `LinHost`: the interfaces that a line implements.
@@ -29,7 +30,9 @@ _RESERVED = 0x3E
 
 
 class LinEar:
-    """Receives the frames of a controller, in the order of bus time."""
+    """Receives the frames of a controller, in the order of bus time, if it `hears` them; and `hears_own` sent ones."""
+
+    hears = hears_own = True
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
         """Called when another node's response arrived, with a correct checksum."""
@@ -151,14 +154,7 @@ class LinController(LinNode):
         if offer is None:
             offer = self._headers[id << 4 | length] = LinOffer(id, length)
         self._silence_is_fine = silence_is_fine
-        bus = self.bus
-        if bus is None or self.asleep:
-            self._put(offer)
-            return
-        self._outcome = _FAILED
-        self._driven = True
-        self.offer = offer
-        bus.poll(self)
+        self._put(offer)
 
     def send(self, id: int, data: bytes, enhanced: bool) -> None:
         """Send a header followed by these data; the buffer must be free."""
@@ -201,15 +197,19 @@ class LinController(LinNode):
             return
         self._outcome = _ANSWERED
         self.frames_received += 1
-        self.ear.deliver(response, at_ns)
+        if self.ear.hears:
+            self.ear.deliver(response, at_ns)
         if response.id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 
     def transmitted(self, response: LinResponse, at_ns: int) -> None:
         self._outcome = _ANSWERED
         self.frames_sent += 1
-        self.table.sent(response.id)
-        self.ear.deliver_sent(response, at_ns)
+        table = self.table
+        if response.id in table.updated or response.id in table.watched:
+            table.sent(response.id)
+        if self.ear.hears_own:
+            self.ear.deliver_sent(response, at_ns)
         if response.id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 

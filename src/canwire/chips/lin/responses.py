@@ -30,7 +30,8 @@ class Role(NamedTuple):
 
 
 class ResponseTable:
-    """`responses` is read by the bus, by identifier; `updated` the identifiers with data not sent yet.
+    """`responses` is read by the bus, by identifier; `updated` the identifiers with data not sent yet, and
+    `watched` others whose sending also changes something.
 
     `spaces` are the bits before the first byte of a response and between any two. `response_error` is the
     value of the response-error bit, where one was asked for.
@@ -44,7 +45,7 @@ class ResponseTable:
         self._entries: dict[int, _Entry] = {}
         self._events: dict[int, int] = {}
         self._status_bit: tuple[int, int] | None = None
-        self._watched: set[int] = set()
+        self.watched: set[int] = set()
 
     def clear(self) -> None:
         """Empty the table, and discard all settings of frames."""
@@ -52,7 +53,7 @@ class ResponseTable:
         self._entries.clear()
         self._events.clear()
         self.updated.clear()
-        self._watched.clear()
+        self.watched.clear()
         self._status_bit = None
 
     def put(self, id: int, data: bytes, enhanced: bool, once: bool) -> None:
@@ -62,7 +63,7 @@ class ResponseTable:
         if before is None or before.data != data or once:
             self.updated.add(id)
         if once:
-            self._watched.add(id)
+            self.watched.add(id)
         self._fill(id)
 
     def remove(self, id: int) -> None:
@@ -78,7 +79,7 @@ class ResponseTable:
         The first byte of that response is its protected identifier from now on, instead of the byte in its data.
         """
         self._events[event] = id
-        self._watched |= {event, id}
+        self.watched |= {event, id}
         self._fill(id)
 
     def take(self, id: int) -> Role:
@@ -99,7 +100,7 @@ class ResponseTable:
             if role.updated:
                 self.updated.add(id)
             if role.entry.once:
-                self._watched.add(id)
+                self.watched.add(id)
         if role.status_bit is not None:
             self.put_status_bit(id, role.status_bit)
         for event in role.events:
@@ -114,7 +115,7 @@ class ResponseTable:
     def put_status_bit(self, id: int, bit: int) -> None:
         """Make this bit of this response the response-error bit."""
         self._status_bit = (id, bit)
-        self._watched.add(id)
+        self.watched.add(id)
         self._fill(id)
 
     def set_response_error(self, value: bool) -> None:
@@ -136,7 +137,7 @@ class ResponseTable:
     def sent(self, id: int) -> None:
         """Note that the response to this header was sent."""
         self.updated.discard(id)
-        if id in self._watched:
+        if id in self.watched:
             self._sent(self._events.get(id, id))
 
     def _sent(self, id: int) -> None:
