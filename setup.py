@@ -38,7 +38,7 @@ CORE = {  # and the compiler's -O: nine tenths of the core's work is done at lev
     "canwire.bus.can.stepped": 2,
     "canwire.bus.can.bus_state": 2,
     "canwire.bus.can.bus": 3,
-    "canwire.bus.lin.node": 1,
+    "canwire.bus.lin.node": 0,
     "canwire.bus.lin.bus": 1,
     "canwire.chips.confinement": 1,
     "canwire.chips.host": 1,

@@ -27,18 +27,8 @@ cdef class LinNode:
 
     cpdef received(self, LinResponse response, unsigned long long at_ns)
     cpdef transmitted(self, LinResponse response, unsigned long long at_ns)
-    cpdef unanswered(self, int id, int received, unsigned long long at_ns)
-    cpdef error(self, int kind, int id, bint transmitting, unsigned long long at_ns)
     cpdef finished(self, LinOffer offer, unsigned long long at_ns)
-    cpdef woken(self, unsigned long long at_ns)
-    cpdef quiet(self, unsigned long long at_ns)
-    cpdef rate_found(self, long long bit_ps, unsigned long long at_ns)
 
 cdef class LinMedium(Source):
-    cpdef unsigned long long now_ns(self) except? 0
-    cpdef double load_percent(self) except -1
     cpdef poll(self, LinNode node)
-    cpdef interrupt(self)
-    cpdef changed(self)
     cpdef unsigned long long foreseen_ns(self, LinNode sender, int id) except? 0
-    cpdef bint on_wire(self, LinNode node) except -1
