@@ -48,6 +48,13 @@ def test_both_forms_do_the_same() -> None:
         assert {seed: traffic(twin, seed) for seed in here} == here
 
 
+def test_both_forms_do_the_same_on_lin() -> None:
+    here = {seed: lin_traffic(canwire, seed) for seed in range(4)}
+    assert len(set(map(str, here.values()))) == 4
+    with load_uncompiled(canwire) as twin:
+        assert {seed: lin_traffic(twin, seed) for seed in here} == here
+
+
 @pytest.mark.smoke
 def test_other_seeds_do_something_else() -> None:
     assert traffic(canwire, 1)["all"] != traffic(canwire, 2)["all"]
@@ -83,6 +90,39 @@ def traffic(package: ModuleType, seed: int) -> dict[str, object]:
                 lab.run_for(chance.uniform(0, 0.002))
         lab.run_for(2.0)
         return summary(lab, bus, nodes)
+
+
+def lin_traffic(package: ModuleType, seed: int) -> list[object]:
+    """A LIN bus with a schedule, faults, changed responses, nodes that leave, sleep: what everybody saw."""
+    chance = random.Random(seed)
+    with package.Lab(seed=seed) as lab:
+        bus = lab.lin_bus(bit_rate=19_200)
+        bus.remember(1000)
+        master = bus.master(schedule=[0x10, 0x11, 0x20, 0x3C, 0x21], receive_queue=64)
+        slaves = [
+            bus.slave("doors", responses={0x10: b"12", 0x11: bytes(8)}, subscribes={0x20: 4}),
+            bus.slave("seats", responses={0x20: b"1234"}, oscillator_ppm=20_000, self_reception=True),
+        ]
+        for node in (master, *slaves):
+            node.events()
+        bus.faults.checksum(0x11)
+        bus.faults.no_response(0x20, times=3)
+        bus.faults.parity(times=2)
+        for step in range(40):
+            slave = chance.choice(slaves)
+            slave.respond(chance.choice([0x10, 0x11, 0x20]), chance.randbytes(chance.randrange(1, 9)))
+            if chance.random() < 0.2:
+                slave.stop()
+            elif chance.random() < 0.5:
+                slave.start()
+            if step % 10 == 9:
+                master.sleep()
+                lab.run_for(0.05)
+                master.wake()
+            lab.run_for(chance.uniform(0, 0.1))
+        everybody = [master, *slaves]
+        told = [(str(node.counters), str(node.events()), str(node.receive_many(100))) for node in everybody]
+        return [lab.now_ns, bus.frames, bus.load, str(bus.recent()), *told]
 
 
 def late_options(package: ModuleType) -> object:

@@ -116,6 +116,23 @@ class TestOrder:
         ends.producer.put_bytes(form(record(7)))
         assert ends.take() == 7
 
+    def test_a_record_with_a_time_and_a_mark_at_the_last(self, make: Make) -> None:
+        ends = make(2)
+        block = bytearray(range(80))
+        put = [ends.producer.put_at(block, time_ns, 1 << 63) for time_ns in (5, 6, 7)]
+        assert (put, ends.producer.lost) == ([True, True, False], 1)
+        unmarked, marked = ends.consumer.take_bytes(), ends.consumer.take_bytes()
+        assert unmarked == (5).to_bytes(8, "little") + block[8:]
+        block[15] |= 0x80
+        assert marked == (6).to_bytes(8, "little") + block[8:]
+
+    @pytest.mark.parametrize("size", [0, 79, 81, 160])
+    def test_other_sizes_have_no_time(self, make: Make, size: int) -> None:
+        ends = make(4)
+        with pytest.raises(BadValue, match=f"80 bytes, not {size}"):
+            ends.producer.put_at(bytearray(size), 1, 0)
+        assert ends.consumer.fill() == 0
+
     @pytest.mark.parametrize("size", [0, 79, 81, 160])
     def test_other_sizes_are_no_record(self, make: Make, size: int) -> None:
         ends = make(4)

@@ -24,8 +24,11 @@ from canwire.bus.can import (
 )
 from canwire.bus.can import bits as can_bits
 from canwire.bus.can import bus as can_bus
+from canwire.bus.lin import bus as lin_bus
+from canwire.bus.lin import node as lin_node
 from canwire.chips import confinement, host
 from canwire.chips.ideal import can_fd
+from canwire.chips.lin import controller as lin_controller
 from canwire.chips.sja1000 import controller as sja1000
 from canwire.chips.sja1000 import fifo as sja1000_fifo
 from canwire.chips.sja1000 import filter as sja1000_filter
@@ -44,9 +47,9 @@ from canwire.values import frame, packed_records, slcan_text
 MODULES = (
     frame, packed_records, slcan_text, timeline, ring, holding, node, can_bits, bit_layout, frame_reader, tally,
     station, stimulus, echo, reader_state, clock, coasting, drifting, bit_level, load, joining, stepped, bus_state,
-    can_bus, confinement, host, can_fd, sja1000_interrupts, sja1000_fifo, sja1000_filter, sja1000_link, sja1000_modes,
-    sja1000, driver, can_fd_driver, message_filter, channel, line, sending, pace, loop, turns, program, shared_page,
-    keeper, lockstep_pace, turn_page,
+    can_bus, lin_node, lin_bus, confinement, host, can_fd, lin_controller, sja1000_interrupts, sja1000_fifo,
+    sja1000_filter, sja1000_link, sja1000_modes, sja1000, driver, can_fd_driver, message_filter, channel, line, sending,
+    pace, loop, turns, program, shared_page, keeper, lockstep_pace, turn_page,
 )
 # fmt: on
 

@@ -33,6 +33,9 @@ cdef class Ring:
     @cython.locals(source="unsigned long long *")
     cpdef bint put_bytes(self, record) except -1
 
+    @cython.locals(source="unsigned long long *", word="unsigned long long")
+    cpdef bint put_at(self, bytearray record, unsigned long long time_ns, unsigned long long last) except -1
+
     @cython.locals(words="unsigned long long *", tail="unsigned long long",
                    count="unsigned long long")
     cpdef Py_ssize_t front(self) noexcept

@@ -207,6 +207,16 @@ class Ring:
         source = _mem.words_of(block)
         return self.put(source, 0, source[0], source[1])
 
+    def put_at(self, record: bytearray, time_ns: int, last: int) -> bool:
+        """Append one 80-byte record with this time, and if it fills the ring the bits `last` of its second word."""
+        if len(record) != _RECORD_SIZE or self.record_size != _RECORD_SIZE:
+            raise BadValue(f"a record has {self.record_size} bytes, not {len(record)}")
+        source = _mem.words_of(record)
+        word = source[1]
+        if self.free() == 1:
+            word |= last
+        return self.put(source, 0, time_ns, word)
+
     def front(self) -> int:
         """The word where the oldest record starts, or 0 when the ring is empty."""
         words = self._words

@@ -41,6 +41,7 @@ SELF_RECEPTION = 1 << 21
 TYPE_MASK = 0xFF
 _DLC_SHIFT = 16
 IDENTITY = _EXTENDED | REMOTE | _FD | _BRS | _ESI | 0xF << _DLC_SHIFT
+_NOT_PLAIN = CAN_RTR_FLAG | 0xFF << 56  # of a sent row's second word: a remote frame, or with a raw_dlc
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 
@@ -142,6 +143,10 @@ def records_to_send(frames: Array) -> Array:
     """Messages from programs as records for `send_array`; `can_id`, `len` and `size` must have been checked."""
     numpy = numpy_module()
     found: Array = numpy.zeros(len(frames), record_dtype())
+    words = frames.view("<u8").reshape(-1, 10)
+    if not ((words[:, 0] >> 32 != CAN_MTU) | (words[:, 1] & _NOT_PLAIN != 0)).any():
+        _plain_to_send(words, found.view("<u8").reshape(-1, 10))
+        return found
     can_id = frames["can_id"]
     extended = can_id & CAN_EFF_FLAG != 0
     remote = can_id & CAN_RTR_FLAG != 0
@@ -155,6 +160,24 @@ def records_to_send(frames: Array) -> Array:
     found["id"] = numpy.where(extended, can_id & CAN_EFF_MASK, can_id & CAN_SFF_MASK)
     lengths = numpy.where(remote & ~is_fd, 0, frames["len"])
     found["data"] = numpy.where(numpy.arange(64) < lengths[:, None], frames["data"], 0)
+    return found
+
+
+def _plain_to_send(rows: Array, records: Array) -> None:
+    """Classic data frames whose DLC is their length, as 64-bit words: fields of rows take twice the time."""
+    numpy = numpy_module()
+    head = rows[:, 1]
+    extended = head & CAN_EFF_FLAG
+    length = head >> 32 & 0xFF
+    identifier = head & numpy.where(extended, CAN_EFF_MASK, CAN_SFF_MASK).astype("u8")
+    records[:, 1] = identifier | extended << 24 | length << 48
+    records[:, 2] = rows[:, 2] & _bytes_of_length()[length]
+
+
+@cache
+def _bytes_of_length() -> Array:
+    """By length 0..8, the ones in a word of data."""
+    found: Array = numpy_module().array([(1 << 8 * length) - 1 for length in range(9)], "u8")
     return found
 
 

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from canwire import BadTiming, BadValue, Lab, LinErrorKind, LinEventKind, LinFrame, LinState
 from tests.cases import each
 
+pytestmark = pytest.mark.core
+
 DATA = bytes.fromhex("00ff55aa0180fe7f")
 
 

@@ -11,6 +11,8 @@ from canwire.bus.lin.bits import byte_levels
 from canwire.bus.lin.node import LinResponse
 from tests.effort import examples
 
+pytestmark = pytest.mark.core
+
 BIT_NS = 50_000
 
 

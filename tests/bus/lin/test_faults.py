@@ -10,6 +10,8 @@ import pytest
 from canwire import BadValue, Lab, LabLinBus, LabLinNode, LinErrorKind, LinEventKind, LinFrame, LinOutcome
 from tests.cases import each
 
+pytestmark = pytest.mark.core
+
 BIT_NS = 50_000
 NONE: list[str] = []
 

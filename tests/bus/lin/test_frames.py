@@ -12,6 +12,8 @@ from canwire.values.lin.timing import bit_time_ps, nominal_frame_ns
 from tests.cases import each
 from tests.tables import lin_vectors
 
+pytestmark = pytest.mark.core
+
 DATA = bytes(range(1, 9))
 
 

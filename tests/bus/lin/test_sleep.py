@@ -9,6 +9,8 @@ import pytest
 from canwire import Lab, LabLinNode, LinErrorKind, LinEventKind, LinFrame, LinState
 from tests.cases import each
 
+pytestmark = pytest.mark.core
+
 BIT_NS = 50_000
 SECOND = 1_000_000_000
 

@@ -9,6 +9,8 @@ import pytest
 from canwire import Lab, LabLinNode, LinFrame, format_lin_log_line
 from canwire.values.lin.text import LinLogLine
 
+pytestmark = pytest.mark.core
+
 SEEDS = 60
 
 

@@ -13,6 +13,8 @@ from canwire.timeline import Timeline
 from canwire.values.lin.event import LinErrorKind, LinOutcome, LinState
 from canwire.values.lin.frame import lin_checksum, protected_id
 
+pytestmark = pytest.mark.core
+
 BIT_PS = 50_000_000
 
 
@@ -83,6 +85,23 @@ def test_a_header_and_its_answer() -> None:
     assert told(master) == [("heard", 0x10, b"\1\2", 3_200_000), ("finished", 0x10, "ANSWERED", 3_200_000)]
     assert told(slave) == [("sent", 0x10, b"\1\2", 3_200_000)]
     assert (master.frames_received, slave.frames_sent, slave.headers) == (1, 1, 1)
+
+
+def test_times_are_right_after_years() -> None:
+    """In picoseconds, 106 days need more than 63 bits, and 213 more than 64."""
+    timeline, master, slave = pair()
+    slave.table.put(0x10, b"\1\2", True, False)
+    for days in (100, 110, 220, 10_000):
+        timeline.run_until(days * 86_400 * 10**9)
+        for controller in (master, slave):  # they slept
+            controller.stop(timeline.now_ns)
+            controller.start(timeline.now_ns)
+            told(controller)
+        asked_ns = timeline.now_ns
+        master.ask(0x10, 0, False)
+        run(timeline)
+        ended_ns = asked_ns + 3_200_000
+        assert told(master) == [("heard", 0x10, b"\1\2", ended_ns), ("finished", 0x10, "ANSWERED", ended_ns)]
 
 
 def test_a_frame_of_its_own() -> None:

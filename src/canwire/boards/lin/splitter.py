@@ -5,12 +5,11 @@ Source: VCI V4 manual 5.3.2 and 7.4.5 (TMOVR).
 
 from __future__ import annotations
 
-from canwire.boards.lin.monitor import LinMonitor, Queue, marked
+from canwire.boards.lin.monitor import LAST, LinMonitor, Put
 from canwire.bus.lin.node import LinResponse
 from canwire.chips.lin.host import LinEar
 from canwire.timeline import Timeline, Timer
 from canwire.values.lin.event import LinEvent, LinEventKind
-from canwire.values.lin.record import TIME_SIZE
 
 _COUNTER = 1 << 32
 
@@ -22,8 +21,8 @@ class LinSplitter(LinEar):
         self.origin_ns: int | None = None
         self.monitors: list[LinMonitor] = []
         self._active: list[LinMonitor] = []
-        self._hearing: list[Queue] = []
-        self._hearing_own: list[Queue] = []
+        self._hearing: list[Put] = []
+        self._hearing_own: list[Put] = []
         self.hears = self.hears_own = False
         self._timeline = timeline
         self._tick_ns = tick_ns
@@ -48,19 +47,17 @@ class LinSplitter(LinEar):
         """Update the lists after a monitor was added, removed, activated or deactivated."""
         self._active = [monitor for monitor in self.monitors if monitor.active]
         hearing = [monitor for monitor in self._active if monitor.mode.frames]
-        self._hearing = [monitor.queue for monitor in hearing]
-        self._hearing_own = [monitor.queue for monitor in hearing if monitor.mode.own]
+        self._hearing = [monitor.put for monitor in hearing]
+        self._hearing_own = [monitor.put for monitor in hearing if monitor.mode.own]
         self.hears, self.hears_own = bool(self._hearing), bool(self._hearing_own)
 
     def deliver(self, response: LinResponse, at_ns: int) -> None:
-        record = at_ns.to_bytes(TIME_SIZE, "little") + response.tail
-        for free, put in self._hearing:
-            put(record if free() != 1 else marked(record))
+        for put in self._hearing:
+            put(response.record, at_ns, LAST)
 
     def deliver_sent(self, response: LinResponse, at_ns: int) -> None:
-        record = at_ns.to_bytes(TIME_SIZE, "little") + response.sent_tail
-        for free, put in self._hearing_own:
-            put(record if free() != 1 else marked(record))
+        for put in self._hearing_own:
+            put(response.sent_record, at_ns, LAST)
 
     def tell(self, event: LinEvent, *, stamped: bool = True) -> None:
         """Deliver an event to every active monitor; without `stamped` its time does not change."""

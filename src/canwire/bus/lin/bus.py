@@ -1,3 +1,4 @@
+# cython: boundscheck=True
 """The LIN bus: one wire, on which the master sends headers and slaves answer.
 
 A plain frame takes two steps: its header, then its response or the silence in its place. Everything else (two nodes
@@ -26,6 +27,8 @@ from canwire.values.lin.timing import (
 )
 
 _REST, _HEADER, _RESPONSE, _SILENCE, _BITWISE = range(5)
+_NEVER = NEVER
+_PS_A_NS = 1000  # an object in the compiled form, too: after 106 days picoseconds need more than 64 bits
 _LONGEST_RESPONSE = longest_response_bits(0)
 
 
@@ -34,12 +37,6 @@ class LinBus(LinMedium):
 
     After `idle_ns` without an edge it calls `quiet` of its nodes (None: never). `bitwise`: always bit by bit.
     """
-
-    # any other attribute of a class whose base is compiled costs a search through its classes and a dictionary
-    __slots__ = ("_busy_from_ns", "_counted_ps", "_deaf_until_ns", "_drowsy", "_due_ns", "_end_ps",
-                 "_followed", "_idleness", "_last_octet", "_members", "_offer", "_offering", "_owner",
-                 "_phase_ps", "_response", "_running", "_sender", "_state", "_subscribers", "bits",
-                 "bitwise", "load", "name", "nodes", "timeline", "wire")  # fmt: skip
 
     def __init__(self, timeline: Timeline, name: str = "", *, idle_ns: int | None = IDLE_NS) -> None:
         self.name = name
@@ -50,7 +47,7 @@ class LinBus(LinMedium):
         self.wire = self.bits.wire
         self.bitwise = False
         self._state = _REST
-        self._due_ns = NEVER
+        self._due_ns = _NEVER
         self._running = False
         self._members: list[LinNode] = []
         self._offering: list[LinNode] = []
@@ -94,7 +91,7 @@ class LinBus(LinMedium):
     def poll(self, node: LinNode) -> None:
         if node not in self._offering:
             self._offering.append(node)
-        if self._state == _HEADER and self._phase_ps == self.timeline.now_ns * 1000:
+        if self._state == _HEADER and self._phase_ps == self.timeline.now_ns * _PS_A_NS:
             self.interrupt()  # two who begin at the same moment
         if self._state == _REST:
             self._due_ns = self.timeline.now_ns
@@ -108,7 +105,7 @@ class LinBus(LinMedium):
         self._members = members
         self._offering = [node for node in self._offering if node in members]
         self._followed = {}
-        self._drowsy = any(node.asleep or node.searching for node in members)
+        self._drowsy = bool([node for node in members if node.asleep or node.searching])
         self._deaf_until_ns = max([node.ready_ns for node in members], default=0)
         self._subscribers = {}
         for node in members:
@@ -190,13 +187,15 @@ class LinBus(LinMedium):
             return self._due_ns
         found = self._foreseen(self._offer.id)
         return (
-            self._due_ns if found is None else (self._end_ps + found.bits * self._sender.bit_ps + 500) // 1000
+            self._due_ns
+            if found is None
+            else (self._end_ps + found.bits * self._sender.bit_ps + 500) // _PS_A_NS
         )
 
     def foreseen_ns(self, sender: LinNode, id: int) -> int:
         """The same as `LinMedium.foreseen_ns`."""
         found = self._foreseen(id)
-        return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // 1000
+        return 0 if found is None else ((sender.header_bits + found.bits) * sender.bit_ps + 500) // _PS_A_NS
 
     def _foreseen(self, id: int) -> LinResponse | None:
         """The response to this identifier, if exactly one node has one; else None."""
@@ -235,7 +234,7 @@ class LinBus(LinMedium):
         """Start the nodes that have something to send."""
         now_ns = self.timeline.now_ns
         waiting, self._offering = self._offering, []
-        self._due_ns = NEVER
+        self._due_ns = _NEVER
         if len(waiting) != 1 or waiting[0].offer is None:
             waiting = [node for node in waiting if node.offer is not None]
             if not waiting:
@@ -244,15 +243,15 @@ class LinBus(LinMedium):
         offer = sender.offer
         assert offer is not None
         if len(waiting) > 1 or not self._is_plain(sender, offer):
-            self._go_bitwise(now_ns * 1000)
+            self._go_bitwise(now_ns * _PS_A_NS)
             self._request()
             return
         self._sender, self._offer = sender, offer
-        self._phase_ps = now_ns * 1000
+        self._phase_ps = now_ns * _PS_A_NS
         self._busy_from_ns = now_ns
         self._end_ps = self._phase_ps + sender.header_bits * sender.bit_ps
         self._state = _HEADER
-        self._due_ns = (self._end_ps + 500) // 1000
+        self._due_ns = (self._end_ps + 500) // _PS_A_NS
 
     def _is_plain(self, sender: LinNode, offer: LinOffer) -> bool:
         if offer.wake_up or self.bitwise or self._drowsy or self._deaf_until_ns > self.timeline.now_ns:
@@ -262,7 +261,9 @@ class LinBus(LinMedium):
             return False
         followed = self._followed.get(sender)
         if followed is None:
-            followed = all(node is sender or _keeps_up(node, sender) for node in self._members)
+            followed = not [
+                node for node in self._members if node is not sender and not _keeps_up(node, sender)
+            ]
             self._followed[sender] = followed
         return followed
 
@@ -292,7 +293,7 @@ class LinBus(LinMedium):
         else:
             self._state = _RESPONSE
             self._end_ps += found.bits * sender.bit_ps
-            self._due_ns = (self._end_ps + 500) // 1000
+            self._due_ns = (self._end_ps + 500) // _PS_A_NS
             if found.bits > _LONGEST_RESPONSE or (own is None and offer.length and self._misses(found)):
                 self._take_apart()
                 self._schedule()
@@ -303,9 +304,9 @@ class LinBus(LinMedium):
         assert response is not None
         at_ns = self.timeline.now_ns
         self.load.add(self._busy_from_ns, at_ns)
-        self._last_octet = (self._end_ps, response.octets[-1], sender.bit_ps)
+        self._last_octet = (self._end_ps, response.octets[response.length], sender.bit_ps)
         self._state = _REST
-        self._due_ns = at_ns if self._offering else NEVER
+        self._due_ns = at_ns if self._offering else _NEVER
         for node in self._members:
             if node is owner:
                 node.transmitted(response, at_ns)
@@ -324,7 +325,7 @@ class LinBus(LinMedium):
         self._last_octet = (self._end_ps, protected_id(offer.id), sender.bit_ps)
         self._end_ps += longest_response_bits(offer.length) * sender.bit_ps
         self._state = _SILENCE
-        self._due_ns = (self._end_ps + 500) // 1000
+        self._due_ns = (self._end_ps + 500) // _PS_A_NS
 
     def _expire(self) -> None:
         """End the silence: no node answered in time."""
@@ -356,13 +357,13 @@ class LinBus(LinMedium):
 
     def _rest(self) -> None:
         self._state = _REST
-        self._due_ns = self.timeline.now_ns if self._offering else NEVER
+        self._due_ns = self.timeline.now_ns if self._offering else _NEVER
 
     # bit by bit
 
     def _now_ps(self) -> int:
         """The present time in ps; the bit level may be less than a nanosecond ahead of the timeline."""
-        return max(self.timeline.now_ns * 1000, self.bits.now_ps)
+        return max(self.timeline.now_ns * _PS_A_NS, self.bits.now_ps)
 
     def _go_bitwise(self, at_ps: int) -> None:
         self._state = _BITWISE
@@ -375,7 +376,7 @@ class LinBus(LinMedium):
             self.load.add(self._busy_from_ns, began_ns)
             self._busy_from_ns = began_ns
         self._go_bitwise(self._phase_ps)
-        self._counted_ps += max(0, self._busy_from_ns * 1000 - self._phase_ps)
+        self._counted_ps += max(0, self._busy_from_ns * _PS_A_NS - self._phase_ps)
         if state == _HEADER:
             station = self.bits.station(self._sender)
             assert station is not None
@@ -423,11 +424,11 @@ class LinBus(LinMedium):
 
     def _count_bits(self) -> None:
         """Add the busy time of the bit level since the last call."""
-        spent_ns = (self.bits.busy_ps - self._counted_ps) // 1000
+        spent_ns = (self.bits.busy_ps - self._counted_ps) // _PS_A_NS
         if spent_ns > 0:
             now_ns = self.timeline.now_ns
             self.load.add(now_ns - spent_ns, now_ns)
-            self._counted_ps += spent_ns * 1000
+            self._counted_ps += spent_ns * _PS_A_NS
 
 
 def _keeps_up(node: LinNode, sender: LinNode) -> bool:

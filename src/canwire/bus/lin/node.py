@@ -1,3 +1,4 @@
+# cython: boundscheck=True
 """The interface between a LIN bus and its nodes.
 
 A `LinNode` is one controller as its bus sees it: the bus reads its attributes and calls its methods, and a chip
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 from canwire.timeline import Source
 from canwire.values.lin.frame import lin_checksum, protected_id
-from canwire.values.lin.record import ENHANCED, LENGTH_SHIFT, SENT, record_tail
+from canwire.values.lin.record import ENHANCED, LENGTH_SHIFT, SENT, TIME_SIZE, record_tail
 from canwire.values.lin.timing import FIELD_BITS, HEADER_BITS
 
 IDENTIFIERS = 64
@@ -19,10 +20,20 @@ class LinResponse:
 
     `octets` are data and checksum. `enhanced` says which checksum is right, None if neither is. `bits` is the
     length on the wire from the end of the header, `space_bits` of them before the first byte, and `gap_bits` between
-    any two. `tail` and `sent_tail` are its records without the first word (the time), as for receivers and its sender.
+    any two. `record` and `sent_record` are its records, whose time is 0, as for receivers and its sender.
     """
 
-    __slots__ = ("bits", "enhanced", "gap_bits", "id", "length", "octets", "sent_tail", "space_bits", "tail")
+    __slots__ = (
+        "bits",
+        "enhanced",
+        "gap_bits",
+        "id",
+        "length",
+        "octets",
+        "record",
+        "sent_record",
+        "space_bits",
+    )
 
     def __init__(
         self, id: int, octets: bytes, enhanced: bool | None, *, space_bits: int = 0, gap_bits: int = 0
@@ -35,8 +46,9 @@ class LinResponse:
         self.gap_bits = gap_bits
         self.bits = space_bits + FIELD_BITS * len(octets) + gap_bits * self.length
         info = protected_id(id) | self.length << LENGTH_SHIFT | (ENHANCED if enhanced else 0)
-        self.tail = record_tail(info, octets[:-1], octets[-1])
-        self.sent_tail = record_tail(info | SENT, octets[:-1], octets[-1])
+        data, checksum = octets[: self.length], octets[self.length]
+        self.record = bytearray(TIME_SIZE) + record_tail(info, data, checksum)
+        self.sent_record = bytearray(TIME_SIZE) + record_tail(info | SENT, data, checksum)
 
     @classmethod
     def to_send(
@@ -49,7 +61,7 @@ class LinResponse:
     @classmethod
     def heard(cls, id: int, octets: bytes) -> LinResponse:
         """A response with bytes as received from the wire; `enhanced` is set by the checksum that is right."""
-        data, checksum = octets[:-1], octets[-1]
+        data, checksum = octets[: len(octets) - 1], octets[len(octets) - 1]
         if checksum == lin_checksum(data):
             return cls(id, octets, False)
         enhanced = id not in _ALWAYS_CLASSIC and checksum == lin_checksum(data, protected_id(id))

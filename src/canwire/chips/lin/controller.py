@@ -1,3 +1,4 @@
+# cython: boundscheck=True
 """The ideal LIN controller, master or slave: a response table, one transmit buffer, sleep and wake-up.
 
 Received frames go to a `LinEar`, everything else to a `LinHost` (host.py).
@@ -34,10 +35,6 @@ class LinController(LinNode):
 
     `errors` counts by LinErrorKind. What is to be sent waits in the buffer until the wire is free.
     """
-
-    # an object with more than thirty attributes searches a dictionary for each of them
-    __slots__ = ("_bus_off", "_driven", "_headers", "_outcome", "_silence_is_fine", "_start_up_ns", "ear",
-                 "errors", "frames_received", "frames_sent", "host", "running", "table", "wake_ups")  # fmt: skip
 
     def __init__(self, host: LinHost, ear: LinEar) -> None:
         super().__init__()
@@ -124,14 +121,7 @@ class LinController(LinNode):
         if offer is None:
             offer = self._headers[id << 4 | length] = LinOffer(id, length)
         self._silence_is_fine = silence_is_fine
-        bus = self.bus
-        if bus is None or self.asleep:
-            self._put(offer)
-            return
-        self._outcome = _FAILED
-        self._driven = True
-        self.offer = offer
-        bus.poll(self)
+        self._put(offer)
 
     def send(self, id: int, data: bytes, enhanced: bool) -> None:
         """Send a header followed by these data; the buffer must be free."""
@@ -175,22 +165,20 @@ class LinController(LinNode):
             return
         self._outcome = _ANSWERED
         self.frames_received += 1
-        ear = self.ear
-        if ear.hears:
-            ear.deliver(response, at_ns)
-        if id == MASTER_REQUEST and response.octets[0] == 0:
+        if self.ear.hears:
+            self.ear.deliver(response, at_ns)
+        if response.id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 
     def transmitted(self, response: LinResponse, at_ns: int) -> None:
         self._outcome = _ANSWERED
         self.frames_sent += 1
-        id, table, ear = response.id, self.table, self.ear
-        table.updated.discard(id)
-        if id in table.watched:
-            table.sent(id)
-        if ear.hears_own:
-            ear.deliver_sent(response, at_ns)
-        if id == MASTER_REQUEST and response.octets[0] == 0:
+        table = self.table
+        if response.id in table.updated or response.id in table.watched:
+            table.sent(response.id)
+        if self.ear.hears_own:
+            self.ear.deliver_sent(response, at_ns)
+        if response.id == MASTER_REQUEST and response.octets[0] == 0:
             self.sleep(at_ns)
 
     def unanswered(self, id: int, received: int, at_ns: int) -> None:

@@ -30,8 +30,8 @@ class Role(NamedTuple):
 
 
 class ResponseTable:
-    """`responses` is read by the bus, by identifier; `updated` the identifiers with data not sent yet, from which
-    the controller takes what it has sent. It calls `sent` for the identifiers in `watched`.
+    """`responses` is read by the bus, by identifier; `updated` the identifiers with data not sent yet, and
+    `watched` others whose sending also changes something.
 
     `spaces` are the bits before the first byte of a response and between any two. `response_error` is the
     value of the response-error bit, where one was asked for.
@@ -135,8 +135,13 @@ class ResponseTable:
         return LinResponse.to_send(id, data, enhanced, space_bits=space, gap_bits=gap)
 
     def sent(self, id: int) -> None:
-        """Update the settings that depend on a response that was sent, under its own identifier or an event's."""
-        id = self._events.get(id, id)
+        """Note that the response to this header was sent."""
+        self.updated.discard(id)
+        if id in self.watched:
+            self._sent(self._events.get(id, id))
+
+    def _sent(self, id: int) -> None:
+        """Update the settings that depend on a sent response of `id`, sent under its own identifier or an event's."""
         self.updated.discard(id)
         for event in self._events_of(id):
             self.responses[event] = None

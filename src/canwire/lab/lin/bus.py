@@ -207,7 +207,7 @@ class RecentLinFrames(Recent[LinFrame], LinTap):
     """The last frames of a LIN bus, with the nodes that answered."""
 
     def transmitted(self, node: LinNode, response: LinResponse, at_ns: int) -> None:
-        self.keep(node.name, response.tail, at_ns)
+        self.keep(node.name, bytes(response.record), at_ns)
 
     def frame(self, data: bytes, at_ns: int) -> LinFrame:
-        return lin_frame_of_record(at_ns.to_bytes(TIME_SIZE, "little") + data)
+        return lin_frame_of_record(at_ns.to_bytes(TIME_SIZE, "little") + data[TIME_SIZE:])
