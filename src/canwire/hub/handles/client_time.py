@@ -88,7 +88,9 @@ class ClientTime(ABC):
 
     def clock_s(self) -> float:
         """Seconds on the clock that waits use: the hub's if its time is virtual, else this computer's."""
-        if self._timed is None and self._link.time != "virtual":  # `virtual`, quicker: python-can asks at each message
+        if (
+            self._timed is None and self._link.time != "virtual"
+        ):  # `virtual`, quicker: python-can asks at each message
             return time.monotonic()
         return self.now_ns() / 1e9
 
