@@ -24,6 +24,7 @@ ROOMS = [
     "forks",
     "places",
     "platform",
+    "_cython",
     "_mem",
     "values",
     "ldf",

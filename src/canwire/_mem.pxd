@@ -1,6 +1,6 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 from cpython.buffer cimport PyBUF_WRITABLE, PyBuffer_Release, PyObject_GetBuffer
-from libc.string cimport memcpy, memset
+from libc.string cimport memcmp, memcpy, memset
 
 cdef extern from *:
     """
@@ -46,6 +46,10 @@ cdef inline void copy_record(unsigned long long *target, Py_ssize_t at,
 
 cdef inline bytes data_of(unsigned long long *words, Py_ssize_t at, Py_ssize_t length):
     return (<char *> (words + at))[:length]
+
+
+cdef inline bint same_data(unsigned long long *words, Py_ssize_t at, bytes data) noexcept:
+    return memcmp(words + at, <char *> data, len(data)) == 0
 
 
 cdef inline void store_data(unsigned long long *words, Py_ssize_t at, bytes data) noexcept:

@@ -25,6 +25,11 @@ def data_of(words: Words, at: int, length: int) -> bytes:
     return words[at : at + 8].tobytes()[:length]
 
 
+def same_data(words: Words, at: int, data: bytes) -> bool:
+    """Whether `data` are the bytes that start with word `at`."""
+    return words[at : at + 8].tobytes()[: len(data)] == data
+
+
 def store_data(words: Words, at: int, data: bytes) -> None:
     """Fill the eight words from `at` with up to 64 bytes, then zeros."""
     words[at : at + 8] = memoryview(data.ljust(64, b"\0")).cast("Q")

@@ -15,7 +15,7 @@ cdef class Ring:
     cdef long long _mask
     cdef object _buffer
     cdef unsigned long long *_words
-    cdef unsigned long long _seen_head, _seen_tail
+    cdef unsigned long long _seen_head, _seen_tail, _start
     cdef bint _shared
     cdef public object event, free_event, listener, free_listener
     cdef public long long threshold, free_threshold
@@ -46,8 +46,11 @@ cdef class Ring:
     @cython.locals(at=Py_ssize_t, frame=Frame)
     cpdef Frame take_frame(self)
 
-    @cython.locals(tail="unsigned long long", count="long long", k="long long")
+    @cython.locals(first="unsigned long long", count="long long", k="long long")
     cpdef list take_frames(self, long long limit)
+
+    @cython.locals(head="unsigned long long")
+    cdef long long _next_slot(self, long long free) noexcept
 
     @cython.locals(waiting="unsigned long long", missing="long long")
     cpdef int arm(self) except -1

@@ -82,6 +82,8 @@ class Ring:
     count whose crossing wakes the producer: in this process by calling `listener` / `free_listener`, across
     processes through the descriptors `event` / `free_event`, where `arm` and `sleep` ask for it.
 
+    A ring of this process that is empty begins again at its first slot: one whose consumer keeps up takes a few
+    kilobytes, which stay in the processor's cache.
     `exact` keeps to `capacity` instead of the next power of two; memory is taken for that all the same.
     """
 
@@ -117,6 +119,7 @@ class Ring:
         self.free_threshold = 1
         self._seen_head = self._words[_HEAD]
         self._seen_tail = self._words[_TAIL]
+        self._start = 0  # the count whose record lies in the first slot
         if self._words[0] == 0:
             self._words[_CAPACITY] = slots
             self._words[_RECORD_BYTES] = record_size
@@ -187,7 +190,9 @@ class Ring:
         if fill >= self.capacity:
             words[_LOST] = (words[_LOST] + 1) & _M64
             return False
-        slot = _RECORDS + (head & self._mask) * 10  # a literal: the compiler makes shifts of it
+        if fill == 0 and not self._shared:
+            self._start = head
+        slot = _RECORDS + (head - self._start & self._mask) * 10  # a literal: the compiler makes shifts of it
         _mem.copy_record(words, slot, source, at)
         words[slot] = time_ns
         words[slot + 1] = head_word
@@ -225,7 +230,7 @@ class Ring:
         count = (self._seen_head - tail) & _M64
         if count == 0 or count > self.capacity:
             return 0
-        return _RECORDS + (tail & self._mask) * _WORDS
+        return _RECORDS + (tail - self._start & self._mask) * _WORDS
 
     def release(self, count: int) -> None:
         """Give `count` oldest records back to the producer."""
@@ -255,10 +260,10 @@ class Ring:
         if self.record_size != _RECORD_SIZE:
             self._refuse_frames()
         frames = []
-        tail = self._words[_TAIL]
         count = max(0, min(limit, self.fill()))
+        first = self._words[_TAIL] - self._start
         for k in range(count):
-            frames.append(codec.frame_at(self._words, _RECORDS + ((tail + k) & self._mask) * _WORDS))
+            frames.append(codec.frame_at(self._words, _RECORDS + (first + k & self._mask) * _WORDS))
         if count:
             self.release(count)
         return frames
@@ -278,7 +283,7 @@ class Ring:
         The blocks are dead once `release` has given the records back.
         """
         count = max(0, min(limit, self.fill()))
-        first = int(self._words[_TAIL]) & self._mask
+        first = int(self._words[_TAIL]) - self._start & self._mask
         until_wrap = min(count, self._mask + 1 - first)
         blocks = []
         for start, length in ((first, until_wrap), (0, count - until_wrap)):
@@ -289,8 +294,9 @@ class Ring:
 
     def acquire_free(self, limit: int) -> memoryview:
         """Up to `limit` free records, as many as lie in one piece, in the ring's own memory; `commit` hands them on."""
-        first = int(self._words[_HEAD]) & self._mask
-        count = max(0, min(limit, self.free(), self._mask + 1 - first))
+        free = self.free()
+        first = self._next_slot(free)
+        count = max(0, min(limit, free, self._mask + 1 - first))
         at = HEADER_SIZE + first * self.record_size
         return self._buffer[at : at + count * self.record_size]
 
@@ -321,7 +327,7 @@ class Ring:
         numpy = load_numpy()
         room = self.free()
         count = min(len(records), room)
-        first = int(self._words[_HEAD]) & self._mask
+        first = self._next_slot(room)
         until_wrap = min(count, self._mask + 1 - first)
         slots = numpy.frombuffer(self._buffer, _PLAIN, self._mask + 1, HEADER_SIZE)
         plain = records.view(_PLAIN)
@@ -392,6 +398,13 @@ class Ring:
             self._words = _mem.words_of(own)
             self._buffer = own
             del before  # last: compiled, another thread may look at the words until now
+
+    def _next_slot(self, free: int) -> int:
+        """The slot of the next record written, when so many are free."""
+        head = self._words[_HEAD]
+        if free == self.capacity and not self._shared:
+            self._start = head
+        return head - self._start & self._mask
 
     def _put_other(self, record: bytes | bytearray | memoryview) -> bool:
         room = self.acquire_free(1)

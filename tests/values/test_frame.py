@@ -19,7 +19,7 @@ import canwire
 from canwire.errors import BadFrame
 from canwire.values import record
 from canwire.values.dlc import FD_LENGTHS
-from canwire.values.frame import Frame, frame_of_record, record_of_frame
+from canwire.values.frame import Frame, frame_of_record, record_of_frame, record_to_send
 from canwire.values.record import RECORD_SIZE, record_dtype
 from canwire.values.records import checked_records, frames_to_array
 from tests.cases import each
@@ -55,6 +55,18 @@ def everything(frame: Frame) -> tuple[object, ...]:
     """What two equal frames need not share comes last."""
     format_ = (frame.extended, frame.remote, frame.fd, frame.bit_rate_switch, frame.error_state_indicator)
     return (frame.id, frame.data, frame.dlc, *format_, frame.timestamp_ns, frame.self_received)
+
+
+def changed(frame: Frame, what: str) -> Frame:
+    """The same but for one thing."""
+    values = {name: getattr(frame, name) for name in inspect.signature(Frame).parameters}
+    other = {
+        "id": frame.id ^ 1,
+        "data": frame.data[:-1] + bytes(byte ^ 1 for byte in frame.data[-1:]),
+        "timestamp_ns": frame.timestamp_ns ^ 1 << 40,
+        "self_received": not frame.self_received,
+    }
+    return Frame(**values | {what: other[what]})
 
 
 class TestRefusals:
@@ -237,6 +249,14 @@ class TestRoundTrips:
         assert len(block) == RECORD_SIZE
         for form in (block, bytearray(block), memoryview(block)):
             assert everything(frame_of_record(form))[:-1] == everything(frame)[:-1]
+
+    @given(frames(), st.sampled_from(["id", "data", "timestamp_ns", "self_received"]))
+    def test_records_that_differ_in_one_thing_are_not_mixed_up(self, frame: Frame, what: str) -> None:
+        """Receivers of one frame share it."""
+        for wanted in (frame, changed(frame, what), frame):
+            flags = record.SELF_RECEPTION if wanted.self_received else 0
+            read = frame_of_record(record_to_send(wanted, flags, wanted.timestamp_ns))
+            assert everything(read) == everything(wanted)
 
     @given(frames())
     def test_record_as_numpy_sees_it(self, frame: Frame) -> None:

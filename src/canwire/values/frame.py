@@ -5,13 +5,18 @@ Source: ISO 11898-1:2015 8.4.2; record layout in values/record.py.
 
 from __future__ import annotations
 
-from typing import Any, Never
+from typing import TYPE_CHECKING, Any, Never
 
 from canwire import _mem
 from canwire.errors import BadFrame
 from canwire.values.arguments import SignatureOf, frame, unknown_argument
 from canwire.values.dlc import CLASSIC_LENGTHS, FD_LENGTHS
 from canwire.values.mistakes.names import WrongName
+
+if TYPE_CHECKING:  # and for the compiler
+    import cython
+else:
+    from canwire import _cython as cython
 
 # info bits of values/record.py that a frame is made of, as C constants
 _EXTENDED = 1 << 23
@@ -28,8 +33,12 @@ _DLC_OF_LENGTH = tuple(
 
 _NOT_GIVEN: Any = object()
 _NO_TIME = 0  # the default needs no check that it is a whole number
+_LAST_KEPT = 255
+_KEPT: list[Frame | None] = [None] * (_LAST_KEPT + 1)  # the frames read last: frozen, so they can be shared
 
 
+@cython.freelist(128)
+@cython.cclass
 class Frame:
     """One data or remote frame, classic or FD.
 
@@ -248,7 +257,27 @@ def _restore(id: int, info: int, data: bytes, timestamp_ns: int) -> Frame:
 
 
 def frame_at(words: _mem.Words, at: int) -> Frame:
-    """The frame in the record that starts at word `at`; its data length comes from its DLC alone."""
+    """The frame in the record that starts at word `at`; its data length comes from its DLC alone.
+
+    Receivers of a frame whose rings hold it at the same place get one object, if they read it soon after each other.
+    """
+    place = at >> 3 & _LAST_KEPT  # a record has ten words: neighbours never meet
+    kept = _KEPT[place]
+    if kept is not None and _is_at(kept, words, at):
+        return kept
+    frame = _made(words, at)
+    _KEPT[place] = frame
+    return frame
+
+
+def _is_at(frame: Frame, words: _mem.Words, at: int) -> bool:
+    head = words[at + 1]
+    if frame._timestamp_ns != words[at] or frame._info != head >> 32 or frame._id != head & 0x1FFFFFFF:
+        return False
+    return _mem.same_data(words, at + 2, frame._data)
+
+
+def _made(words: _mem.Words, at: int) -> Frame:
     frame = Frame.__new__(Frame)
     head = words[at + 1]
     info = head >> 32
