@@ -27,12 +27,12 @@ class Heavy(Source):
         self.acted = 0
         self._timeline = world.timeline
         self._cost_ns = cost_ns
-        self._ends_ns = ends_ns
+        self.ends_ns = ends_ns
         self._next_ns = 0
         world.timeline.add(self)
 
     def next_ns(self) -> int:
-        return self._next_ns if self._next_ns < self._ends_ns else NEVER
+        return self._next_ns if self._next_ns < self.ends_ns else NEVER
 
     def run(self, limit_ns: int) -> None:
         while self.next_ns() <= limit_ns:
@@ -127,6 +127,24 @@ def test_fast_time_ends_with_the_bus() -> None:
         paced.turn()
     assert paced.bus.acted == 500
     assert len(rung) == 1
+
+
+def test_fast_time_waits_for_no_timer_if_a_program_sends_while_it_looks_at_the_clock() -> None:
+    paced = Paced(FastPace, 0, ends_ns=0)
+    looks: list[int] = []
+
+    def clock_ns() -> int:
+        if looks:
+            paced.bus.ends_ns = MS
+        looks.append(0)
+        return 0
+
+    paced.world.timeline.at(20 * MS, lambda: None)
+    assert paced.pace.run() == 0.02
+    paced.pace = FastPace(paced.world, clock_ns)
+    assert paced.pace.run() == 0.0
+    paced.pace.run()
+    assert paced.bus.acted == MS // GRAIN_NS
 
 
 class Program:

@@ -46,6 +46,8 @@ cdef class FastPace(RealPace):
     @cython.locals(timeline=Timeline, wait_ns="long long", limit_ns="long long")
     cpdef object run(self)
 
+    cdef object _rest(self)
+
     cdef bint _held_up(self) except -1
 
     cdef long long _patience_ns(self) except? -1

@@ -176,14 +176,21 @@ class FastPace(RealPace):
 
     def run(self) -> float | None:
         timeline = self._timeline
-        if timeline.busy_ns() >= _NEVER or self._held_up():
+        if timeline.busy_ns() >= _NEVER:
+            return self._rest()
+        if self._held_up():
             return RealPace.run(self)
         wait_ns = self._patience_ns()
         if wait_ns == 0:
             limit_ns = min(timeline.now_ns + AHEAD_NS, self._world.clear_until_ns)
             self._in_steps(max(limit_ns, timeline.busy_ns()), True)
         self._go_on_from_here()
-        return RealPace.run(self) if timeline.busy_ns() >= _NEVER else wait_ns / 1e9
+        return self._rest() if timeline.busy_ns() >= _NEVER else wait_ns / 1e9
+
+    def _rest(self) -> float | None:
+        """Run what is due by the clock; if a program has made a bus busy meanwhile, there is nothing to wait for."""
+        wait_s = RealPace.run(self)
+        return wait_s if self._timeline.busy_ns() >= _NEVER else 0.0
 
     def _held_up(self) -> bool:
         """True if time has to follow the clock: a bus is not healthy, or a reader has not read for too long.
