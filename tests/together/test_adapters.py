@@ -54,7 +54,7 @@ def test_who_sets_the_line_up_as_it_is_does_not_take_the_adapter_off_its_bus(
     """It would lose the frames that it has acknowledged and not handed on yet."""
     dongle = FakeDongle(tmp_path / "tty")
     with closing(dongle), closing(fresh_hub()) as hub:
-        board = hub.plug("slcan", BOARD, port=str(dongle.link))
+        board = hub.plug("slcan", BOARD, port=f"{dongle.link}?timeout={LONG_S}")
         starter, actor = PLAYERS[ACAN](hub, board), PLAYERS[kind](hub, board)
         assert starter.set_up() == DONE
         dongle.wait_for(b"F", 2)  # the second one is asked on the bus

@@ -451,7 +451,8 @@ class BackToBack:
             self._dongles.append((plugged, wire))
         self._thread = threading.Thread(target=self._service.run, args=(self._stop,), daemon=True)
         self._thread.start()
-        boards = [hub.plug("slcan", port=str(tmp_path / f"tty{number}")) for number in range(2)]
+        ports = [f"{tmp_path / f'tty{number}'}?timeout={AGES_S}" for number in range(2)]
+        boards = [hub.plug("slcan", port=port) for port in ports]
         self.one, self.other = (Program(hub, board, queue=8192) for board in boards)
 
     def dongle(self, number: int) -> Any:
@@ -684,6 +685,6 @@ def test_back_to_back_pulled_out_and_plugged_in_again(pair: BackToBack, hub: Hub
     for use in (pair.one.channel.status, pair.one.control.start, pair.one.control.status):
         with pytest.raises(Unplugged):
             use()
-    again = Program(hub, hub.plug("slcan", port=str(tmp_path / "tty0"))).start()
+    again = Program(hub, hub.plug("slcan", port=f"{tmp_path / 'tty0'}?timeout={AGES_S}")).start()
     again.send(Frame(4))
     assert pair.other.wait(a_frame)[-1] == Frame(4)

@@ -68,9 +68,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _follow(hub: Hub, shown: Shown, monitor: Monitor, end_ns: int | None) -> None:
     """Show messages until the hub's time is `end_ns` (None: without end)."""
+    over = False
     while True:
-        message = monitor.receive(None if end_ns is None else _ROUND_S)
+        message = monitor.receive(None if end_ns is None else 0 if over else _ROUND_S)
         if message is not None:
             shown.show(message)
-        elif end_ns is not None and hub.now_ns() >= end_ns:
+        elif over:
             return
+        elif end_ns is not None:
+            over = hub.now_ns() >= end_ns  # a late hub catches up before it answers: then there may be more
