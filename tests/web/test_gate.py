@@ -180,7 +180,9 @@ def test_half_a_request_is_let_go(steady: Site, monkeypatch: pytest.MonkeyPatch,
             pass
 
 
-def connected_within(steady: Site, monkeypatch: pytest.MonkeyPatch, limit_s: float) -> ClientConnection | None:
+def connected_within(
+    steady: Site, monkeypatch: pytest.MonkeyPatch, limit_s: float
+) -> ClientConnection | None:
     """A web socket opened under this limit for requests; None if this machine was too busy for that."""
     monkeypatch.setattr(patience, "HEAD_S", limit_s)
     try:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -27,6 +28,7 @@ from canwire import (
     parse_lin_schedule,
 )
 from canwire.commands import main
+from canwire.commands.lin import schedule
 from canwire.commands.lin.line import mode_text
 from canwire.commands.lin.slots import with_delays
 from tests import warm
@@ -396,3 +398,25 @@ def test_mistakes_are_one_line(
 def test_a_line_that_is_not_initialised(hub: Hub) -> None:
     status = hub.lin_status(hub.board("HW000001").id, 2).status
     assert mode_text(status) == "not initialised"
+
+
+def test_what_a_late_hub_says_at_the_end_of_a_schedule_is_shown() -> None:
+    """A busy machine: the hub is past the end only when it is asked, and its last message comes with that."""
+    waiting: list[str] = []
+    shown: list[str] = []
+
+    class LateHub:
+        def now_ns(self) -> int:
+            waiting.append("the last one")
+            return 10
+
+    class Waiting:
+        def receive(self, timeout: float | None) -> str | None:
+            return waiting.pop() if waiting else None
+
+    class Lines:
+        def show(self, message: str) -> None:
+            shown.append(message)
+
+    schedule._follow(cast("Any", LateHub()), cast("Any", Lines()), cast("Any", Waiting()), 10)
+    assert shown == ["the last one"]
