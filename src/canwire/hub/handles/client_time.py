@@ -88,9 +88,8 @@ class ClientTime(ABC):
 
     def clock_s(self) -> float:
         """Seconds on the clock that waits use: the hub's if its time is virtual, else this computer's."""
-        if (
-            self._timed is None and self._link.time != "virtual"
-        ):  # `virtual`, quicker: python-can asks at each message
+        # not by `virtual`: python-can's plugin asks at each message
+        if self._timed is None and self._link.time != "virtual":
             return time.monotonic()
         return self.now_ns() / 1e9
 
