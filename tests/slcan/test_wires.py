@@ -166,6 +166,14 @@ def test_tcp_serves_one_at_a_time(running: Running) -> None:
     assert wire.refused == 1
 
 
+def ended(connection: socket.socket) -> bool:
+    """Whether the other side has closed it; the system resets a connection with bytes that were not read yet."""
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
 @pytest.mark.parametrize("said", [b"", b"V"], ids=["nothing", "half a line"])
 def test_a_host_that_sends_no_command_keeps_nobody_out(running: Running, said: bytes) -> None:
     wire = TcpWire("127.0.0.1:0")
@@ -174,7 +182,7 @@ def test_a_host_that_sends_no_command_keeps_nobody_out(running: Running, said: b
         silent.sendall(said)
         until(lambda: wire.connected)
         with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as second:
-            assert silent.recv(1) == b""
+            assert ended(silent)
             second.sendall(b"N\r")
             assert second.recv(100) == b"NA123\r"  # and not "VN": half a line went with who sent it
             with socket.create_connection(("127.0.0.1", wire.port), PATIENCE_S) as third:

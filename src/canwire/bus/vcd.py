@@ -55,7 +55,7 @@ class VcdTrace:
         self._file.write(f"#{time_ps // 1000}\n{level}!\n")
 
     def _change_often(self, times_ns: list[int], level: int) -> None:
-        """Write all changes of a stretch at once; the level is the one after the first of them."""
+        """Write all changes of a stretch together; the level is the one after the first of them."""
         pairs, odd = divmod(len(times_ns), 2)
         text = (_CHANGES[level] + _CHANGES[1 - level]) * pairs + _CHANGES[level] * odd
         self._file.write(text % tuple(times_ns))

@@ -545,13 +545,15 @@ def test_the_usual_address_is_the_users_own(alone: Path) -> None:
 
 
 def test_without_a_hub_all_plain_calls_share_one_in_this_process(alone: Path) -> None:
+    before = threading.enumerate()  # hubs that other tests share
     with connect() as one, connect() as two:
         assert (one.address, one.time) == ("", "real")
         one.plug("usb-to-can", "HW77")
         assert two.board("HW77")
     with connect() as fresh, pytest.raises(NoSuchBoard):
         fresh.board("HW77")  # the first one went with its last user
-    assert not [thread for thread in threading.enumerate() if thread.name == "canwire-hub"]
+    left = [thread for thread in threading.enumerate() if thread not in before]
+    assert not [thread for thread in left if thread.name == "canwire-hub"]
 
 
 LEAVE = """

@@ -44,7 +44,7 @@ class CanLine:
         self._options = slot.options
         self.mode: LineMode | None = None
         self._hearings: dict[str, Hearing] = {}  # by kin
-        self._after_reset: dict[str, MessageFilter] = {}  # by kin, to be read until it sets the line up anew
+        self._after_reset: dict[str, MessageFilter] = {}  # by kin, to be read until it sets the line up again
         self._narrow = False  # the controller holds up what its only kin does not want
         self._own_registers = False  # its acceptance registers are those of its only kin
         self._paused = False  # by `stop`, and not initialised since

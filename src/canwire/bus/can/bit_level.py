@@ -34,7 +34,7 @@ class BitLevel:
     """Runs the stations of one bus until all of them rest.
 
     `delay_ps` is the one-way delay between any two nodes. `shorted` holds the bus dominant. `capture`
-    is called with (time in ps, level) at every change, unless `capture_many` gets those of many bits at once: their
+    is called with (time in ps, level) at every change, unless `capture_many` gets those of many bits together: their
     times in ns, and the level after the first of them. `disturb` is called at the start of each bit that the
     sender drives: it returns which nodes see that bit inverted, or -1. `undisturbed` means that this bit has passed
     already without a disturbance. `spare` is called in advance: it returns how many of the sender's next bits, up to a

@@ -85,7 +85,7 @@ class CanBus(BusState):
         members = [node for node in self.nodes if node.on_bus]
         waiting = [node for node in self.nodes if node.waiting and not node.on_bus]
         self._stations = [node for node in self.nodes if node.on_bus or node.waiting]
-        self._listeners = sum([node.listen_only for node in members])
+        self._listeners = len([node for node in members if node.listen_only])
         self._acknowledgers = len(members) - self._listeners
         asleep = [node for node in self.nodes if node.asleep and not node.on_bus and not node.waiting]
         self._link(members)

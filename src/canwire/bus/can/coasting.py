@@ -96,7 +96,7 @@ class Stretch:
     # a frame as it is laid out
 
     def _look_along(self, clocks: list[Clock], most: int) -> int:
-        """As far as the acknowledge if all nodes read alike, and to the end of the frame if none has to count it."""
+        """Up to the acknowledge if all nodes read alike, and to the end of the frame if none has to count it."""
         assert self.sender is not None
         lead = self.sender.station
         self._take(lead, lead.layout.heard)

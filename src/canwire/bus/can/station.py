@@ -334,7 +334,7 @@ class Station:
             self.node.arbitration_lost(self.sent, bit, self.sof_ns)
 
     def lose_silently(self) -> None:
-        """Go on as a receiver, for now without a call to the node."""
+        """Continue as a receiver, for now without a call to the node."""
         self.transmitting = False
         self.node.contending = None
         self.node.arbitration_losses += 1
@@ -401,7 +401,7 @@ class Station:
             self._hand_over()
 
     def end_frame(self) -> None:
-        """Go on with the intermission, after the last bit of EOF."""
+        """Continue with the intermission, after the last bit of EOF."""
         self.finished = True
         self.state = _INTERMISSION
         self.left = 3
