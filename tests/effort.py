@@ -16,18 +16,18 @@ USUAL, THOROUGH = "canwire", "thorough"
 EXAMPLES = 30  # of a rule without a state; who needs more has @examples(N)
 _TIMES_THOROUGH = 10
 _SHARE_INTERPRETED = 8
+_SLOW = [hypothesis.HealthCheck.too_slow]  # a clone's first draw of text computes tables for half a second
 
 
 def register_profiles() -> None:
     """A busy machine is no bug, so slow examples and slow draws are none: timing belongs to the benchmarks."""
-    slow = [hypothesis.HealthCheck.too_slow]  # a clone's first draw of text computes tables for half a second
     usual = EXAMPLES if core_mode() == "compiled" else EXAMPLES // 3
     hypothesis.settings.register_profile(
-        USUAL, deadline=None, max_examples=usual, derandomize=True, suppress_health_check=slow
+        USUAL, deadline=None, max_examples=usual, derandomize=True, suppress_health_check=_SLOW
     )
     many = EXAMPLES * _TIMES_THOROUGH
     hypothesis.settings.register_profile(
-        THOROUGH, deadline=None, max_examples=many, derandomize=False, suppress_health_check=slow
+        THOROUGH, deadline=None, max_examples=many, derandomize=False, suppress_health_check=_SLOW
     )
     hypothesis.settings.load_profile(USUAL)
 
@@ -41,9 +41,13 @@ def scaled(usual: int) -> int:
     return usual
 
 
-def examples(usual: int) -> hypothesis.settings:
-    """A decorator: so many examples in the usual run; for what has a state, or cases that few draws meet."""
-    return hypothesis.settings(max_examples=scaled(usual))
+def examples(usual: int, *, same_fixtures: bool = False) -> hypothesis.settings:
+    """A decorator: so many examples in the usual run; for what has a state, or cases that few draws meet.
+
+    With `same_fixtures` all examples may share what a fixture made for the test.
+    """
+    checks = [*_SLOW, *([hypothesis.HealthCheck.function_scoped_fixture] if same_fixtures else [])]
+    return hypothesis.settings(max_examples=scaled(usual), suppress_health_check=checks)
 
 
 def seeds(first: int, usual: int) -> range:

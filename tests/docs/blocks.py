@@ -78,6 +78,8 @@ def commands(page: Path) -> str:
 def run_console(page: Path, home: Path) -> str:
     """The page's commands in one shell, in the repository, with a runtime directory of its own; what they printed.
 
+    What they write into /tmp goes into `home`.
+
     AssertionError if one fails. What is left running in the background is ended.
     """
     runtime = home / "runtime"
@@ -93,7 +95,7 @@ def run_console(page: Path, home: Path) -> str:
     }
     with ended(
         subprocess.Popen(
-            ["bash", "-e", "-c", commands(page)],
+            ["bash", "-e", "-c", commands(page).replace("/tmp/", f"{home}/")],
             cwd=ROOT,
             env=environment,
             stdout=subprocess.PIPE,

@@ -6,10 +6,11 @@ import gc
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import BadLog, BadValue, BusEvent, EventKind, Frame, LogEntry, create_log, log_formats, open_log
+from tests.effort import examples
 from tests.logs.contents import START_NS, some
 
 SUFFIXES = {row.name: row.suffixes[0] for row in log_formats()}
@@ -60,7 +61,7 @@ def test_a_cut_file_with_an_index_is_one_clear_error(tmp_path: Path, form: str) 
 
 
 @pytest.mark.parametrize("form", GROWING)
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(15, same_fixtures=True)
 @given(place=st.integers(150, 4000), noise=st.binary(min_size=1, max_size=40))
 def test_noise_in_the_middle_never_raises(tmp_path: Path, form: str, place: int, noise: bytes) -> None:
     """Whatever stands there: entries, or faults, or both; BadLog if nothing is left."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import select
 import selectors
-from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
@@ -21,37 +20,39 @@ pytestmark = pytest.mark.skipif(not PORTABLE, reason="epoll's waits cannot be co
 FRAMES = 50
 
 
-@pytest.fixture
-def waited(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[list[float | None], list[float]]]:
-    """The timeouts of all waits of this process, hub and program alike, and of those that nothing else ended.
+class Waits:
+    """All waits of this process, hub and program alike; once `lengthened`, no time that passes ends one of them.
 
     An uncompiled ring looks anew every 10 ms (RECHECK_S), which ends a wait where the other side takes longer.
     """
-    every: list[float | None] = []
-    over: list[float] = []
 
-    def counted(which: Any) -> Any:
-        def wait(*words: Any) -> Any:
-            found = which(*words)
-            every.append(words[-1])
-            if words[-1] not in (None, 0, RECHECK_S) and not (
-                any(found) if isinstance(found, tuple) else found
-            ):
-                over.append(words[-1])
-            return found
+    def __init__(self) -> None:
+        self.lengthened = False
+        self.count = 0
 
-        return wait
+    def watched(self, wait: Any) -> Any:
+        """The same wait, counted, and lengthened from the moment on when this was asked for."""
 
-    monkeypatch.setattr(select, "select", counted(select.select))
-    monkeypatch.setattr(selectors.SelectSelector, "select", counted(selectors.SelectSelector.select))
-    return every, over
+        def longer(*words: Any) -> Any:
+            *sources, timeout_s = words
+            if not self.lengthened:
+                return wait(*words)
+            self.count += 1
+            return wait(*sources, timeout_s if timeout_s in (None, 0, RECHECK_S) else max(timeout_s, LONG_S))
+
+        return longer
+
+
+@pytest.fixture
+def waits(monkeypatch: pytest.MonkeyPatch) -> Waits:
+    waits = Waits()
+    monkeypatch.setattr(select, "select", waits.watched(select.select))
+    monkeypatch.setattr(selectors.SelectSelector, "select", waits.watched(selectors.SelectSelector.select))
+    return waits
 
 
 @pytest.mark.conforms("G-20")
-def test_frames_to_and_fro_end_no_wait_by_its_timeout(
-    tmp_path: Path, waited: tuple[list[float | None], list[float]]
-) -> None:
-    every, over = waited
+def test_frames_to_and_fro_need_no_wait_to_end_by_its_timeout(tmp_path: Path, waits: Waits) -> None:
     with ExitStack() as held:
         address = held.enter_context(served_here(tmp_path))
         hub = held.enter_context(closing(canwire.connect(address)))
@@ -68,9 +69,7 @@ def test_frames_to_and_fro_end_no_wait_by_its_timeout(
             for sender, receiver in ((one, other), (other, one)):
                 sender.send(Frame(0x100, bytes([number])), timeout=LONG_S)
                 assert receiver.receive(LONG_S) == Frame(0x100, bytes([number]))
-            if number == 0:  # the lines' start has to wait for 11 recessive bits
-                every.clear()
-                over.clear()
-        waits = len(every), list(over)
-    assert waits[0] >= FRAMES
-    assert waits[1] == []
+            waits.lengthened = (
+                number < FRAMES
+            )  # not before: the lines' start has to wait for 11 recessive bits
+    assert waits.count >= FRAMES

@@ -17,16 +17,17 @@ _AGREEMENT_NS = 1_000_000  # a clock that was set or has drifted further apart t
 def epoch_ns(hub: Hub) -> int:
     """Add this to the hub's time to get nanoseconds since 1970; 0 if the hub's time does not follow the clock.
 
-    The first program stores it at the hub, so that two logs of one bus have the same time for the same frame.
+    The first program stores it at the hub with its possible error, so that two logs of one bus have the same time for
+    the same frame: what the next one finds on a busy machine differs by what both may be wrong.
     """
     if hub.time != "real":
         return 0
     found_ns, error_ns = min((_compared(hub) for _ in range(_TRIES)), key=lambda pair: pair[1])
     with suppress(ValueError):  # no note yet
-        kept_ns = int(hub.note(_NOTE))
-        if abs(kept_ns - found_ns) <= error_ns + _AGREEMENT_NS:
+        kept_ns, kept_error_ns = map(int, hub.note(_NOTE).split())
+        if abs(kept_ns - found_ns) <= kept_error_ns + error_ns + _AGREEMENT_NS:
             return kept_ns
-    hub.set_note(_NOTE, b"%d" % found_ns)
+    hub.set_note(_NOTE, b"%d %d" % (found_ns, error_ns))
     return found_ns
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import ErrorState, Frame, Hub, HubFault
 from canwire.bus.can.bus import CanBus
 from canwire.hub.handles.bus.can import CanBusFaults
+from tests.effort import examples
 from tests.hub.faults.bench import CONFIG, IDEAL, MCP2515, OTHER, SJA1000, Program, bit_times
 from tests.hubs import connected, embedded
 
@@ -42,7 +43,7 @@ def recovered(hub: Hub, program: Program) -> None:
         hub.recover(program.place.board.id, program.place.line)
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@examples(60)
 @given(
     steps=st.lists(
         st.tuples(st.integers(0, len(SET) - 1), st.integers(0, 400), st.booleans()), min_size=1, max_size=8

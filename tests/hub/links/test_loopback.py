@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import HubError, HubLost
@@ -35,6 +35,7 @@ from canwire.hub.protocol import messages as m
 from canwire.platform.portable import events
 from canwire.platform.portable.memory import Memory, create_memory
 from canwire.platform.portable.pairs import LOOPBACK, loopback_listener
+from tests.effort import examples
 from tests.missing import not_on_windows
 
 AGES = 60.0
@@ -239,7 +240,7 @@ def test_a_wrong_token_is_hung_up_on_at_once_and_nothing_said(hub: Hub, name: st
     assert (hub.sessions(), hub.strangers()) == (0, 0)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, same_fixtures=True)
 @given(data=st.binary(max_size=200), right=st.integers(0, 31), cut=st.integers(0, 200))
 def test_random_bytes_get_nowhere(hub: Hub, data: bytes, right: int, cut: int) -> None:
     """Behind any number of the token's first bytes, in any two pieces."""

@@ -19,7 +19,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from canwire import CanwireError, HubError
@@ -31,6 +31,7 @@ from canwire.hub.links.unix_socket import connection
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
+from tests.effort import examples
 from tests.hub.links.ways import AGES, Stream, address_at, bare, leave_dead, sockets, unix_only
 
 HELLO = m.encode_request(1, m.Hello(m.VERSION, os.getpid(), "wire"))
@@ -367,7 +368,7 @@ def test_rubbish_is_answered_and_the_session_ends(
     hub.wait_for_sessions(1)
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(60, same_fixtures=True)
 @given(data=st.binary(min_size=1, max_size=300), greeted=st.booleans())
 def test_random_bytes_never_hurt_others(hub: Hub, bystander: Wire, data: bytes, greeted: bool) -> None:
     wire = Wire(hub)

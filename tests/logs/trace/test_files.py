@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import canwire
@@ -17,6 +17,7 @@ from canwire import BadLog, BadValue, Frame, Lab, LogEntry, LogWriter, convert_l
 from canwire.logs.recording import files as recording_files
 from canwire.logs.trace import writing
 from canwire.logs.trace.files import files_of, is_journal, opened
+from tests.effort import examples
 from tests.logs.contents import entries, fresh, same, some
 
 CAR = Path(__file__).parents[3] / "examples" / "car-candump.log"
@@ -47,7 +48,7 @@ def test_a_log_goes_there_and_back(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.conforms("PF-10")
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(15, same_fixtures=True)
 @given(log=entries(), shuffled=st.booleans(), flushed=st.integers(0, 30), seed=st.integers(0, 99))
 def test_whatever_the_order_of_times(
     tmp_path: Path, log: list[LogEntry], shuffled: bool, flushed: int, seed: int
