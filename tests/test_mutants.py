@@ -45,12 +45,6 @@ def ways(source: str) -> set[tuple[str, str]]:
     return {(one.before, one.after) for site in sites_of(source, FILE) for one in site}
 
 
-@pytest.fixture(scope="module")
-def drawn() -> list[Mutant]:
-    """The mutants whose figures stand in CONTRIBUTING."""
-    return draw(ROOT, 150, 26)
-
-
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
     """A clone with one file of source and one test for it."""
@@ -107,9 +101,22 @@ def test_the_same_seed_draws_the_same_mutants(small: Path) -> None:
     assert len(set(drawn[0])) == 5
 
 
-def test_every_folder_has_its_share(drawn: list[Mutant]) -> None:
-    rooms = {path.name for path in (ROOT / PACKAGE).iterdir() if (path / "__init__.py").exists()}
-    assert {Path(mutant.file).relative_to(PACKAGE).parts[0] for mutant in drawn} >= rooms
+def test_every_folder_has_its_share(small: Path) -> None:
+    """Also one of a single line, beside one that is forty times as long."""
+    for room, source in {"hall": SHOP * 40, "attic": "HEIGHT_M = 2\n"}.items():
+        (small / PACKAGE / room).mkdir()
+        (small / PACKAGE / room / "file.py").write_text(source)
+    drawn = draw(small, 20, 26)
+    assert {Path(mutant.file).relative_to(PACKAGE).parts[0] for mutant in drawn} == {"room", "hall", "attic"}
+
+
+def test_mutants_are_drawn_from_the_source_of_canwire() -> None:
+    drawn = draw(ROOT, 3, 26, ["ring.py", "values", "lab"])
+    assert {Path(mutant.file).relative_to(PACKAGE).parts[0] for mutant in drawn} == {
+        "ring.py",
+        "values",
+        "lab",
+    }
 
 
 def test_some_folders_alone(small: Path) -> None:
@@ -131,9 +138,8 @@ def test_a_mutant_is_found_again_where_its_line_has_moved(small: Path) -> None:
     assert found_again(small, mutant) is None
 
 
-def test_the_nearest_tests_that_mention_it_come_first(drawn: list[Mutant]) -> None:
-    mutant = next(one for one in drawn if one.file.startswith("src/canwire/bus/can/"))
-    first, rest = stages(ROOT, mutant)
+def test_the_nearest_tests_that_mention_it_come_first() -> None:
+    first, rest = stages(ROOT, Mutant("src/canwire/bus/can/bus.py", 1, 0, "1", "2", "CanBus"))
     assert all(file.startswith("tests/bus/") for file in first + rest)
     alone = stages(ROOT, Mutant("src/canwire/ring.py", 1, 0, "1", "2", "Ring"))
     assert alone == [["tests/test_ring.py"]]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,10 +13,22 @@ from canwire.hub.protocol.messages import VERSION
 from tests.docs.blocks import ROOT, blocks, run_console
 
 PAGE = ROOT / "docs" / "machines.md"
+LOCK = Path(tempfile.gettempdir(), "canwire-tests-default-port.lock")
+
+
+@pytest.fixture
+def default_port() -> Iterator[None]:
+    """The port of an offer that asks for no other: a machine has one, whoever tests this clone or another one."""
+    import fcntl
+
+    with LOCK.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 @pytest.mark.realtime
 @pytest.mark.conforms("PL-11", "PL-25")
+@pytest.mark.usefixtures("default_port")
 def test_the_commands_of_the_page(tmp_path: Path) -> None:
     said = run_console(PAGE, tmp_path)
     assert "offered as zenoh://lab/127.0.0.1" in said

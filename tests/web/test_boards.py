@@ -150,6 +150,13 @@ def test_an_interrupt_that_waits_lights_the_yellow_led(hub: canwire.Hub) -> None
         hub.hold_interrupts(place.board.id, place.line, held=False)
 
 
+def test_a_board_unplugged_since_it_was_looked_at_has_no_interrupt(hub: canwire.Hub) -> None:
+    board = hub.plug("inducan104", buses=("can0",), base=0x300, irq=7)
+    line = look_at(hub, next(place for place in canwire.every_line(hub) if place.board.id == board.id))
+    hub.unplug(board.hardware_id)
+    assert leds_of(hub, line) == Leds("off", "off", None)
+
+
 def look_at(hub: canwire.Hub, place: canwire.LinePlace) -> Line:
     return next(line for line in look(hub) if line.place.address == place.address)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from canwire import ErrorState
+from canwire import ErrorState, NoSuchBoard, Unplugged
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -29,7 +29,7 @@ class Leds:
 
 
 def leds_of(hub: Hub, line: Line) -> Leds:
-    """Return the LEDs for the present status of the line and interrupt register of its chip."""
+    """Return the LEDs for the status of the line and the interrupt register of its chip."""
     status = line.can
     assert status is not None
     state = ErrorState(status.state)
@@ -43,7 +43,10 @@ def leds_of(hub: Hub, line: Line) -> Leds:
 
 
 def _yellow(hub: Hub, line: Line) -> str | None:
-    registers = {one.name: one.value for one in hub.registers(line.place.board.id, line.place.line)}
+    try:
+        registers = {one.name: one.value for one in hub.registers(line.place.board.id, line.place.line)}
+    except (NoSuchBoard, Unplugged):  # since its status was read
+        return None
     waiting = [registers[name] for name in _INTERRUPTS if name in registers]
     if not waiting:
         return None

@@ -234,6 +234,16 @@ def test_a_router_opens_nothing_that_nobody_asked_to_open(
         pass
 
 
+@each("names", [{"realm": "a/b"}, {"name": "a/b"}])
+def test_a_name_that_is_none_is_refused_before_anything_is_opened(names: dict[str, str]) -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as taken,
+        pytest.raises(BadValue, match=f"{next(iter(names))} 'a/b': 1 to 64 letters, digits"),
+        offered(listen=(f"tcp/127.0.0.1:{taken.getsockname()[1]}",), **names),
+    ):
+        pass
+
+
 @contextmanager
 def routing(doors: Access) -> Iterator[str]:
     """A router in this process, as `canwire router` is one; its endpoint."""

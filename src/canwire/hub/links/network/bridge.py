@@ -70,6 +70,7 @@ class Bridge:
         self._relays: RelaysAtHub | None = None
         self._stopping = EventDescriptor()
         self._healthy_s = time.monotonic()
+        realm = keys.word("realm", offered.realm)
         name = keys.word("name", offered.name or socket.gethostname())
         self._own = dial("network")
         self._zenoh = zenoh
@@ -81,7 +82,7 @@ class Bridge:
             self._own.close()
             raise
         instance = str(self._session.zid())
-        self.offer = keys.Offer(keys.word("realm", offered.realm), name, instance, m.VERSION, self._own.time)
+        self.offer = keys.Offer(realm, name, instance, m.VERSION, self._own.time)
         try:
             self._open()
         except BaseException:
