@@ -7,10 +7,10 @@ conftest.py. One more way to reach a hub is a name in WAYS and a branch of `reac
 from __future__ import annotations
 
 import os
-import secrets
 import socket
 import subprocess
 import sys
+import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
@@ -162,12 +162,28 @@ def status_of(*words: str) -> int:
 def free_port() -> int:
     """A port of the loopback that nobody listens on, and none of those that the system gives away by itself.
 
-    Else a connection of somebody's could have it before it is used.
+    Else a connection of somebody's could have it before it is used. Nor does another process that asks this way get
+    it soon afterwards: all of them count in one file, each on from where the others are.
     """
     while True:
-        port = _FREE_PORTS.start + secrets.randbelow(len(_FREE_PORTS))
+        port = _FREE_PORTS[_counted() % len(_FREE_PORTS)]
         with suppress(OSError), socket.create_server(("127.0.0.1", port)):
             return port
+
+
+def _counted() -> int:
+    """A number that no other process gets: where its byte stands in the file to whose end everybody writes."""
+    file = os.open(shared_file("ports"), os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    try:
+        os.write(file, b".")
+        return os.lseek(file, 0, os.SEEK_CUR)
+    finally:
+        os.close(file)
+
+
+def shared_file(name: str) -> Path:
+    """For what all test runs of this user on this machine have to share."""
+    return Path(tempfile.gettempdir(), f"canwire-tests-{getattr(os, 'getuid', int)()}-{name}")
 
 
 def runs(item: pytest.Item) -> bool:

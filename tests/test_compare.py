@@ -208,8 +208,9 @@ def test_a_planted_slow_down_is_found(
         file.write("    return [_once(*given) for _ in range(4)][-1]\n")
     rows = ["candump log, read", "slcan, frames out of text"]
     assert compare.row_by_row(old, new, rows, rounds=3, short=True) == rows[:1]
-    said = capfd.readouterr().out.splitlines()
-    assert [line[:36].strip() for line in said[1:]] == [*rows[:1] * compare.TRIES, rows[1]]  # measured again
+    said = [line[:36].strip() for line in capfd.readouterr().out.splitlines()[1:]]
+    assert said[: compare.TRIES] == rows[:1] * compare.TRIES  # measured again
+    assert set(said[compare.TRIES :]) == {rows[1]}  # more than once on a busy machine
 
 
 def test_a_row_prints_its_rates_by_processor_time_and_by_the_clock(compare: ModuleType) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,9 +10,9 @@ import pytest
 from canwire.hub.links.network.access import Access, Login, Router, load
 from canwire.hub.protocol.messages import VERSION
 from tests.docs.blocks import ROOT, blocks, run_console
+from tests.hubs import shared_file
 
 PAGE = ROOT / "docs" / "machines.md"
-LOCK = Path(tempfile.gettempdir(), "canwire-tests-default-port.lock")
 
 
 @pytest.fixture
@@ -21,7 +20,7 @@ def default_port() -> Iterator[None]:
     """The port of an offer that asks for no other: a machine has one, whoever tests this clone or another one."""
     import fcntl
 
-    with LOCK.open("w") as lock:
+    with shared_file("default-port").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 

@@ -192,6 +192,31 @@ def test_plug_and_unplug_in_the_browser(page: Page, hub: canwire.Hub) -> None:
     assert "HW000077" not in {one.hardware_id for one in hub.boards()}
 
 
+@pytest.mark.parametrize("by", ["mouse", "keyboard"])
+def test_a_button_that_is_pressed_while_its_part_is_refreshed_does_what_it_says(page: Page, by: str) -> None:
+    button = page.get_by_role("button", name="Start HW000002:0")
+    refreshed = re.compile("/boards/tree")
+    if by == "mouse":
+        button.hover()
+        page.mouse.down()
+    else:
+        button.focus()
+        page.keyboard.down("Space")
+    for _ in range(2):  # the first one may have been asked for before
+        with page.expect_response(refreshed) as answer:
+            pass
+        answer.value.finished()
+    if by == "mouse":
+        page.mouse.up()
+    else:
+        page.keyboard.up("Space")
+    page.locator("#up-dialog").wait_for()
+    page.locator("#up-dialog [data-closes-dialog]").click()
+    with page.expect_response(refreshed):  # afterwards it goes on
+        page.evaluate("document.querySelector('#tree .board').id = 'old'")
+    page.locator("#old").wait_for(state="detached")
+
+
 def test_up_in_the_browser_by_keyboard(page: Page, hub: canwire.Hub) -> None:
     place = canwire.find_lines(hub, "can0")[0]
     page.locator(f'[id="up-{place.address}"]').press("Enter")

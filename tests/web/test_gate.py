@@ -13,7 +13,7 @@ from starlette.responses import PlainTextResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
-from websockets.exceptions import InvalidMessage
+from websockets.exceptions import ConnectionClosed, InvalidMessage
 from websockets.sync.client import ClientConnection, connect
 
 from canwire.web import patience
@@ -187,7 +187,7 @@ def connected_within(
     monkeypatch.setattr(patience, "HEAD_S", limit_s)
     try:
         return connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None, open_timeout=LONG_S)
-    except (InvalidMessage, ConnectionError):
+    except (InvalidMessage, ConnectionClosed, ConnectionError):
         return None
 
 

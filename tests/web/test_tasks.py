@@ -320,10 +320,10 @@ def test_it_takes_so_many_clicks(browser: Browser, desk: Desk, wanted: Task) -> 
         try:
             wanted.do(user)
         finally:
-            for number in re.findall(
-                r'data-row="(\d+)"', page.request.get(f"{desk.site.url}send/list").text()
-            ):
-                page.request.post(f"{desk.site.url}send/remove", form={"number": number})
+            # the server may have closed a connection that rested for a while: then over a new one
+            listed = page.request.get(f"{desk.site.url}send/list", max_retries=3).text()
+            for number in re.findall(r'data-row="(\d+)"', listed):
+                page.request.post(f"{desk.site.url}send/remove", form={"number": number}, max_retries=3)
         assert user.clicks == wanted.clicks
 
 

@@ -22,6 +22,7 @@ How to add a view: a view is a folder here, `web/NAME/`, and a row in `views.py`
   fields) are sent by base/static/forms.js; `data-writes` disables them for viewers without the token. After a success
   the event "changed" is dispatched to document.body.
 - A part that the server renders repeatedly: htmx, `hx-get="/NAME/part" hx-trigger="every 1s, changed from:body"`.
+  While one of its elements is pressed it stays as it is (base/static/press.js).
 - Frequent data use a web socket: `converse` in live.py. Keep no queue for a viewer; answer its requests
   (trace/feed.py).
 - Choices that are remembered: `data-remember="NAME.key"` on a field, or `remembered(key, fallback)` of base.js.
