@@ -65,7 +65,7 @@ def test_the_trace_goes_on_with_a_mark_where_the_hub_was_away(tmp_path: Path) ->
         connect(f"ws://127.0.0.1:{site.port}/trace/live") as socket,
     ):
         viewer = Watching(socket, ["HW000001:0"])
-        viewer.until(lambda one: one.lines and one.lines[0]["bus"])
+        viewer.until(lambda one: one.listening)
         first.process.terminate()
         first.process.wait(LONG_S)
         viewer.until(lambda one: "the hub is away" in one.lines[0]["trouble"])

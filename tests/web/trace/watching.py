@@ -77,7 +77,7 @@ class Watching:
 
     @property
     def listening(self) -> bool:
-        return bool(self.lines) and all(line["bus"] and not line["trouble"] for line in self.lines)
+        return bool(self.lines) and all(line["open"] and not line["trouble"] for line in self.lines)
 
     def _asked(self) -> dict[str, int]:
         return {"at": self.head.get("gone", 0) + len(self.rows), "rows": 4096}

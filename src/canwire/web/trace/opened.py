@@ -75,7 +75,7 @@ class OpenedLog:
 
     def lines(self, addresses: Collection[str]) -> list[Watched]:
         channels = self.channels
-        return [Watched(channels.index(one), one, one, 0, "") for one in addresses if one in channels]
+        return [Watched(channels.index(one), one, one, 0, "", True) for one in addresses if one in channels]
 
     def bus_of(self, number: int) -> str:
         channels = self.channels

@@ -31,14 +31,16 @@ _NOT_PLUGGED_IN = "trace.not-plugged-in"
 
 
 class Watched(NamedTuple):
-    """A line in the trace; `number` is its number in rows, -1 if it was never recorded. `trouble` is the reason
-    why nothing is received from it now: the key of a text or a message of the hub, "" if there is no problem."""
+    """A line in the trace; `number` is its number in rows, -1 if it was never recorded. `bus` is where it was when it
+    was last recorded, and `open` is True while it is. `trouble` is the reason why nothing is received from it now: the
+    key of a text or a message of the hub, "" if there is no problem."""
 
     number: int
     address: str
     bus: str
     lost: int
     trouble: str
+    open: bool
 
 
 class Taps:
@@ -94,21 +96,23 @@ class Taps:
     def watched(self, addresses: Collection[str] | None = None) -> list[Watched]:
         """The present state of these lines; without `addresses`, of every line recorded since the server's start."""
         with self._changed:
-            return [
-                Watched(
-                    self._indices.get(address, -1),
-                    address,
-                    self._buses.get(address, ""),
-                    self._lost.get(address, 0) + (tap.lost if (tap := self._taps.get(address)) else 0),
-                    self._troubles.get(address, ""),
-                )
-                for address in (self._indices if addresses is None else addresses)
-            ]
+            return [self._told(address) for address in (self._indices if addresses is None else addresses)]
+
+    def _told(self, address: str) -> Watched:
+        tap = self._taps.get(address)
+        return Watched(
+            self._indices.get(address, -1),
+            address,
+            self._buses.get(address, ""),
+            self._lost.get(address, 0) + (tap.lost if tap else 0),
+            self._troubles.get(address, ""),
+            tap is not None and not tap.over,
+        )
 
     def listening(self, addresses: Collection[str]) -> bool:
         """Whether all of these lines are recorded now."""
         with self._changed:
-            return all(one in self._taps and not self._taps[one].over for one in addresses)
+            return all(self._told(one).open for one in addresses)
 
     def settle(self) -> None:
         """Wait until all records that are in the queues now have row numbers."""

@@ -130,7 +130,7 @@ export class LinesChosen {
 
   /** What the server says of the lines that this viewer asked for. */
   told(lines) {
-    const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.bus && !line.trouble);
+    const open = lines.length > 0 && lines.every((line) => this.watched.includes(line.address) && line.open && !line.trouble);
     document.body.dataset.listening = open && lines.length === this.watched.length ? "yes" : "no";
     const troubles = lines.filter((line) => line.trouble).map(({ trouble, address }) => (trouble.startsWith("trace.") ? word(trouble, { address }) : trouble));
     document.getElementById("live").textContent = [...new Set(troubles)].join("; ");

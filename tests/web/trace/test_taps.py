@@ -1,0 +1,54 @@
+"""Whether a line is recorded now, which is all that a viewer may call listening."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import canwire
+from canwire.web.link import HubLink
+from canwire.web.trace.store.history import History
+from canwire.web.trace.taps import Taps, Watched
+from tests.hubs import LONG_S, served_here
+
+LINE = "HW000001:0"
+
+
+def told(taps: Taps, enough: Callable[[Watched], bool]) -> Watched:
+    """What is said of the line, as soon as that is enough."""
+    deadline = time.monotonic() + LONG_S
+    while not enough(one := taps.watched([LINE])[0]):
+        assert time.monotonic() < deadline, one
+        time.sleep(0.005)
+    return one
+
+
+def test_a_line_that_nobody_watches_any_more_is_not_open_but_keeps_its_bus(tmp_path: Path) -> None:
+    """Else the next viewer takes it for recorded, and misses what comes before it is."""
+    with (
+        served_here(tmp_path) as address,
+        closing(HubLink(lambda: canwire.connect(address))) as link,
+        closing(Taps(link, History(), linger_s=0)) as taps,
+    ):
+        assert not taps.watched([LINE])[0].open
+        taps.want("a viewer", [LINE])
+        assert told(taps, lambda one: one.open) == Watched(0, LINE, "can0", 0, "", True)
+        assert taps.listening([LINE])
+        taps.want("a viewer", [])
+        assert told(taps, lambda one: not one.open) == Watched(0, LINE, "can0", 0, "", False)
+        assert not taps.listening([LINE])
+
+
+def test_a_line_whose_board_is_pulled_is_not_open(tmp_path: Path) -> None:
+    with (
+        served_here(tmp_path) as address,
+        canwire.connect(address) as hub,
+        closing(HubLink(lambda: canwire.connect(address))) as link,
+        closing(Taps(link, History())) as taps,
+    ):
+        taps.want("a viewer", [LINE])
+        told(taps, lambda one: one.open)
+        hub.unplug("HW000001")
+        told(taps, lambda one: not one.open and bool(one.trouble))
