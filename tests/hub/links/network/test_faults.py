@@ -490,8 +490,13 @@ def test_a_fork_is_told_and_ends_and_its_parent_goes_on(place: Place) -> None:
     ]
 
 
-def test_a_frozen_client_holds_nobody_up_and_goes_on(place: Place) -> None:
-    with place.here() as here, elsewhere(place.address) as hub:
+def test_a_frozen_client_holds_nobody_up_and_goes_on() -> None:
+    """As long as its lease lasts: on a busy machine what follows takes a while."""
+    with (
+        offered(lease_s=LONG_S, cut_s=LONG_S) as place,
+        place.here() as here,
+        elsewhere(place.address) as hub,
+    ):
         running(here)
         process = holder(place.address)
         try:
