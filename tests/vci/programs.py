@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from typing import Any
 
 import canwire
@@ -62,6 +63,14 @@ class Port:
 
     def message(self, *kinds: int) -> Any:
         return self.messages(1, *kinds)[0]
+
+    def filled(self) -> list[Any]:
+        """Everything, once there is no room for more: over the network a moment after the hub's queue was full."""
+        deadline = time.monotonic() + LONG_S
+        while self.reader.get_fill_count() < self.reader.get_capacity():
+            assert time.monotonic() < deadline, self.reader.get_fill_count()
+            time.sleep(0.001)
+        return self.waiting()
 
     def waiting(self) -> list[Any]:
         """Everything that is there now."""
