@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from canwire import ErrorState, NoSuchBoard, Unplugged
+from canwire import ErrorState
+from canwire.web.boards.registers import registers_now
 
 if TYPE_CHECKING:
     from canwire import Hub
@@ -43,10 +44,7 @@ def leds_of(hub: Hub, line: Line) -> Leds:
 
 
 def _yellow(hub: Hub, line: Line) -> str | None:
-    try:
-        registers = {one.name: one.value for one in hub.registers(line.place.board.id, line.place.line)}
-    except (NoSuchBoard, Unplugged):  # since its status was read
-        return None
+    registers = {one.name: one.value for one in registers_now(hub, line.place)}
     waiting = [registers[name] for name in _INTERRUPTS if name in registers]
     if not waiting:
         return None

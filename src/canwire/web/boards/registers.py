@@ -26,10 +26,15 @@ def registers_of(hub: Hub, boards: Collection[int]) -> list[Chip]:
     for place in every_line(hub, "CAN"):
         if place.board.id not in boards:
             continue
-        try:
-            values = hub.registers(place.board.id, place.line)
-        except (NoSuchBoard, Unplugged):
-            continue
+        values = registers_now(hub, place)
         if values:
             found.append(Chip(place, values))
     return found
+
+
+def registers_now(hub: Hub, place: LinePlace) -> tuple[RegisterValue, ...]:
+    """Read the registers of one line; () if the controller has none, or its board has been unplugged."""
+    try:
+        return hub.registers(place.board.id, place.line)
+    except (NoSuchBoard, Unplugged):
+        return ()

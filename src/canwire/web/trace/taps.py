@@ -106,13 +106,17 @@ class Taps:
             self._buses.get(address, ""),
             self._lost.get(address, 0) + (tap.lost if tap else 0),
             self._troubles.get(address, ""),
-            tap is not None and not tap.over,
+            self._recorded(address),
         )
+
+    def _recorded(self, address: str) -> bool:
+        tap = self._taps.get(address)
+        return tap is not None and not tap.over
 
     def listening(self, addresses: Collection[str]) -> bool:
         """Whether all of these lines are recorded now."""
         with self._changed:
-            return all(self._told(one).open for one in addresses)
+            return all(map(self._recorded, addresses))
 
     def settle(self) -> None:
         """Wait until all records that are in the queues now have row numbers."""
