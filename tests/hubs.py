@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from time import monotonic, sleep
 from typing import NamedTuple
 
 import pytest
@@ -157,6 +158,14 @@ def status_of(*words: str) -> int:
         return main(words)
     except SystemExit as ended:  # argparse's
         return int(ended.code or 0)
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Look again and again, for as long as it may take; AssertionError if it never comes."""
+    deadline = monotonic() + LONG_S
+    while not condition():
+        assert monotonic() < deadline, "it never happened"
+        sleep(0.001)
 
 
 def free_port() -> int:

@@ -6,8 +6,7 @@ import contextlib
 import gc
 import os
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ from canwire.boards.lin.modes import LinMonitorMode
 from canwire.bus.can.bus import CanBus
 from canwire.bus.lin.bus import LinBus
 from tests.cases import each
-from tests.hubs import LONG_S, connected, embedded, serving
+from tests.hubs import LONG_S, connected, embedded, serving, until
 
 pytestmark = pytest.mark.skipif(
     not os.path.exists("/proc/self/fd"), reason="descriptors are counted in /proc"
@@ -28,13 +27,6 @@ pytestmark = pytest.mark.skipif(
 def descriptors() -> int:
     gc.collect()
     return len(os.listdir("/proc/self/fd"))
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + LONG_S
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 @pytest.fixture

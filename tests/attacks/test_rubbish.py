@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from canwire import ChannelMode, Frame
 from canwire.hub.handles.channel import HubChannel
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import Bench, bench_of
 
 RUBBISH = 20_000
 AT_ONCE = 4096  # records refused in a millisecond
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench()
-    yield made
-    made.close()
+bench = bench_of()
 
 
 def spoil(channel: HubChannel, count: int) -> None:

@@ -17,8 +17,8 @@ from canwire.hub.links.local import LocalLink
 from canwire.hub.links.network.bridge import Bridge
 from canwire.hub.links.network.offered import Offered
 from tests.candrv.conftest import CONFIG
-from tests.hub.links.network.places import Place, elsewhere, until
-from tests.hubs import LONG_S, embedded, free_port
+from tests.hub.links.network.places import Place, elsewhere
+from tests.hubs import LONG_S, embedded, free_port, until
 
 pytestmark = [pytest.mark.conforms("N-59"), pytest.mark.realtime]
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+
+import pytest
 
 from canwire.boards.can.modes import ChannelMode, LineMode
 from canwire.boards.config.configuration import Config
@@ -162,3 +164,15 @@ class Bench:
     def close(self) -> None:
         for hub in self.hubs:
             hub.close()
+
+
+def bench_of(config: Config | None = None) -> object:
+    """The fixture `bench` of a file: a bench of this world (none: two boards) for each test."""
+
+    @pytest.fixture
+    def bench() -> Iterator[Bench]:
+        made = Bench(config)
+        yield made
+        made.close()
+
+    return bench

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -28,7 +27,7 @@ from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
 from canwire.chips.sja1000 import register_map as m
 from canwire.chips.sja1000.controller import Sja1000
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import bench_of
 
 TIMING = BitTiming.from_btr(0x01, 0x1C)
 WORLD = Config(
@@ -44,11 +43,7 @@ EVENTS = tuple(
 )
 
 
-@pytest.fixture
-def bench() -> Iterator[Any]:
-    made = Bench(WORLD)
-    yield made
-    made.close()
+bench = bench_of(WORLD)
 
 
 @pytest.fixture

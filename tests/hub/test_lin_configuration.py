@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from canwire import (
@@ -26,7 +24,7 @@ from canwire import (
 )
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import Bench, bench_of
 
 pytestmark = pytest.mark.conforms("N-47")
 
@@ -46,11 +44,7 @@ READ = bytes.fromhex("B200 FF7F FFFF")
 SAVE = b"\xb6"
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench(WORLD)
-    yield made
-    made.close()
+bench = bench_of(WORLD)
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ from canwire import (
 from canwire.hub import serve as hub_serve
 from canwire.hub.owner.engine import Engine
 from canwire.platform import PORTABLE
-from tests.hubs import status_of
+from tests.hubs import status_of, until
 from tests.missing import not_on_windows
 
 AGES = 60.0  # seconds; only a broken build waits that long
@@ -89,13 +89,6 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
         if served.process.poll() is None:
             served.process.kill()
         served.process.communicate()
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + AGES
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def lines_up(hub: Hub) -> int:

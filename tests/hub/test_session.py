@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -55,18 +55,14 @@ from canwire.hub.protocol import messages as m
 from canwire.values.event import InfoCode
 from canwire.values.frame import record_to_send
 from canwire.values.record import CONFIRM, SELF_RECEPTION
-from tests.hub.in_memory import CLASSIC, DATA, FD, NOMINAL, Bench
+from tests.hub.in_memory import CLASSIC, DATA, FD, NOMINAL, Bench, bench_of
 
 FRAME_NS = 2_000  # a bit of 500 kbit/s
 NONE = (0x80000000, 0xFFFFFFFF)  # CAN_ACC_CODE_NONE, CAN_ACC_MASK_NONE
 QUEUES = ChannelMode(64, 64)
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench()
-    yield made
-    made.close()
+bench = bench_of()
 
 
 @pytest.fixture

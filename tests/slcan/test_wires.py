@@ -8,7 +8,7 @@ import stat
 import termios
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ import serial
 from canwire import BadValue, Event, Frame, InUse
 from canwire.slcan import Dongle, PtyWire, SerialWire, Service, TcpWire, Wire
 from tests.cases import each
+from tests.hubs import until
 from tests.slcan.bench import FakeCan
 
 PATIENCE_S = 60.0
@@ -56,13 +57,6 @@ def running() -> Iterator[Running]:
     running = Running()
     yield running
     running.end()
-
-
-def until(ready: Callable[[], object]) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not ready():
-        assert time.monotonic() < end
-        time.sleep(0.005)
 
 
 @pytest.mark.conforms("CT-21", "CT-14")

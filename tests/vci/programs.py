@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import time
 from typing import Any
 
 import canwire
@@ -11,7 +10,7 @@ from canwire import vci
 from canwire.bus.can.bus import CanBus
 from canwire.bus.can.faults.faults import Faults
 from canwire.hub.owner.engine import Engine
-from tests.hubs import LONG_S
+from tests.hubs import LONG_S, until
 
 FD_BOARD, CLASSIC_BOARD = "HW000001", "HW000002"
 LIN_BOARD = "HW000009"  # for tests that need a second LIN line
@@ -66,10 +65,7 @@ class Port:
 
     def filled(self) -> list[Any]:
         """Everything, once there is no room for more: over the network a moment after the hub's queue was full."""
-        deadline = time.monotonic() + LONG_S
-        while self.reader.get_fill_count() < self.reader.get_capacity():
-            assert time.monotonic() < deadline, self.reader.get_fill_count()
-            time.sleep(0.001)
+        until(lambda: self.reader.get_fill_count() >= self.reader.get_capacity())
         return self.waiting()
 
     def waiting(self) -> list[Any]:

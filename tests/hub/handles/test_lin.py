@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -22,7 +22,7 @@ from canwire import (
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.tables import BoardConfig, BusConfig
 from tests.hub.handles.test_waiting import Waiter, in_real_time, until_asleep
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import Bench, bench_of
 
 RATE = 20_000
 LINE = 2
@@ -33,11 +33,7 @@ WORLD = Config(
 FRAME = LinFrame(0x11, b"\1\2")
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench(WORLD)
-    yield made
-    made.close()
+bench = bench_of(WORLD)
 
 
 @pytest.fixture

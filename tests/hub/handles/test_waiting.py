@@ -9,7 +9,7 @@ import gc
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -17,18 +17,14 @@ from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Monitor, Unp
 from canwire.boards.can.modes import ChannelMode
 from canwire.platform import wait_readable
 from canwire.ring import RECHECK_S
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import Bench, bench_of
 from tests.missing import not_on_windows
 
 AGES_S = 30.0
 WANTED, FREE_WANTED = 17, 24  # words of a ring that a sleeping reader and a sleeping writer set
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench()
-    yield made
-    made.close()
+bench = bench_of()
 
 
 @pytest.fixture

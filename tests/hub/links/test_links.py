@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -40,6 +39,7 @@ from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
 from tests.cases import each
 from tests.hub.links.ways import AGES, accept, leave_dead, listen, unix_only
+from tests.hubs import until
 from tests.missing import not_on_windows
 
 SLOW = BitTiming.for_bit_rate(125_000, clock_hz=80_000_000)
@@ -74,13 +74,6 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Place]:
     made = Place(request.param, tmp_path / "hub")
     yield made
     made.close()
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + AGES
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def detect(link: Link, timeout_ms: int) -> Callable[[], Any]:

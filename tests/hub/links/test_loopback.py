@@ -12,8 +12,7 @@ import secrets
 import socket
 import stat
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +35,7 @@ from canwire.platform.portable import events
 from canwire.platform.portable.memory import Memory, create_memory
 from canwire.platform.portable.pairs import LOOPBACK, loopback_listener
 from tests.effort import examples
+from tests.hubs import until
 from tests.missing import not_on_windows
 
 AGES = 60.0
@@ -87,13 +87,6 @@ def hub(home: Path) -> Iterator[Hub]:
     yield made
     made.close()
     assert made.engine.failures == 0
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + AGES
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def ended(caller: socket.socket) -> bytes:

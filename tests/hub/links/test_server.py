@@ -13,7 +13,7 @@ import socket
 import stat
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
 from tests.effort import examples
 from tests.hub.links.ways import AGES, Stream, address_at, bare, leave_dead, sockets, unix_only
+from tests.hubs import until
 
 HELLO = m.encode_request(1, m.Hello(m.VERSION, os.getpid(), "wire"))
 
@@ -93,13 +94,6 @@ class Wire(Stream):
             while True:
                 found.append(self.reply())
         return found
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + AGES
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,7 +11,7 @@ from canwire import Hub, LimitReached
 from canwire.boards.config.configuration import Config
 from canwire.boards.config.limits import LimitsConfig
 from canwire.boards.config.tables import BoardConfig
-from tests.hub.in_memory import Bench
+from tests.hub.in_memory import Bench, bench_of
 
 FULL = Config(
     bus=Config.default().bus,
@@ -34,11 +34,7 @@ CHANNELS: dict[str, Opening] = {
 FIFOS: dict[str, Opening] = {"fifo": lambda hub, board: hub.create_fifo(1, 1)}
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench(FULL)
-    yield made
-    made.close()
+bench = bench_of(FULL)
 
 
 @pytest.mark.parametrize(

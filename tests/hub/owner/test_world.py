@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -21,16 +21,12 @@ from canwire.hub.protocol import messages as m
 from canwire.timeline import NEVER
 from canwire.values.frame import record_to_send
 from canwire.values.record import SELF_RECEPTION
-from tests.hub.in_memory import CLASSIC, Bench
+from tests.hub.in_memory import CLASSIC, Bench, bench_of
 
 QUEUES = ChannelMode(64, 64)
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench()
-    yield made
-    made.close()
+bench = bench_of()
 
 
 @pytest.fixture

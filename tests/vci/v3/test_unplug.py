@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 
 from canwire import vci
 from canwire.vci import v3
-from tests.hubs import LONG_S
+from tests.hubs import until
 from tests.vci.programs import Virtual
 from tests.vci.v3.programs import NetProgram
 
@@ -45,16 +44,20 @@ def pulled(net: NetProgram, hub: Any) -> Any:
     }
 
 
+def error_of(use: Callable[[], object]) -> v3.VciException | None:
+    try:
+        use()
+    except v3.VciException as error:
+        return error
+    return None
+
+
 def refused(use: Callable[[], object]) -> v3.VciException:
     """What it raises once this program has heard that the board is gone: a moment after it was pulled."""
-    deadline = time.monotonic() + LONG_S
-    while time.monotonic() < deadline:
-        try:
-            use()
-        except v3.VciException as error:
-            return error
-        time.sleep(0.001)
-    raise AssertionError("it goes on as if the board was there")
+    until(lambda: error_of(use))
+    error = error_of(use)
+    assert error is not None
+    return error
 
 
 @pytest.mark.conforms("X3-35")

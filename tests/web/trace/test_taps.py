@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -11,18 +10,15 @@ import canwire
 from canwire.web.link import HubLink
 from canwire.web.trace.store.history import History
 from canwire.web.trace.taps import Taps, Watched
-from tests.hubs import LONG_S, served_here
+from tests.hubs import served_here, until
 
 LINE = "HW000001:0"
 
 
 def told(taps: Taps, enough: Callable[[Watched], bool]) -> Watched:
     """What is said of the line, as soon as that is enough."""
-    deadline = time.monotonic() + LONG_S
-    while not enough(one := taps.watched([LINE])[0]):
-        assert time.monotonic() < deadline, one
-        time.sleep(0.005)
-    return one
+    until(lambda: enough(taps.watched([LINE])[0]))
+    return taps.watched([LINE])[0]
 
 
 def test_a_line_that_nobody_watches_any_more_is_not_open_but_keeps_its_bus(tmp_path: Path) -> None:

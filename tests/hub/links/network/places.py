@@ -6,8 +6,7 @@ import contextlib
 import selectors
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import Any, NamedTuple
 
@@ -68,14 +67,6 @@ def offered(**changes: Any) -> Iterator[Place]:
 def elsewhere(address: str, patience: Patience = QUICK, name: str = "elsewhere") -> Hub:
     """A program on another machine."""
     return Hub(NetworkLink(address, name, patience=patience))
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Look again and again, for as long as it may take."""
-    deadline = time.monotonic() + LONG_S
-    while not condition():
-        assert time.monotonic() < deadline, "it never happened"
-        time.sleep(0.005)
 
 
 def running(hub: Hub) -> None:

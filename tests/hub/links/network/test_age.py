@@ -18,8 +18,8 @@ from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.offered import Offered
 from canwire.hub.protocol import messages as m
 from canwire.ring import Ring
-from tests.hub.links.network.places import Cable, Place, channel, elsewhere, offered, running, until
-from tests.hubs import LONG_S
+from tests.hub.links.network.places import Cable, Place, channel, elsewhere, offered, running
+from tests.hubs import LONG_S, until
 
 pytestmark = pytest.mark.conforms("N-59")
 _S = 1_000_000_000

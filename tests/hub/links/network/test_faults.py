@@ -32,9 +32,8 @@ from tests.hub.links.network.places import (
     elsewhere,
     offered,
     running,
-    until,
 )
-from tests.hubs import LONG_S, Served, offering, serving
+from tests.hubs import LONG_S, Served, offering, serving, until
 
 LEASE_S = 1.0  # of Zenoh's, which is ten times that otherwise
 pytestmark = [pytest.mark.conforms("PL-11"), pytest.mark.realtime]

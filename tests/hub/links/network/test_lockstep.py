@@ -22,8 +22,7 @@ from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
 from canwire.hub.protocol.turn_wait import TurnWait
 from canwire.platform import EventDescriptor
-from tests.hub.links.network.places import until
-from tests.hubs import LONG_S
+from tests.hubs import LONG_S, until
 
 
 @pytest.fixture

@@ -25,8 +25,8 @@ from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
 from canwire.hub.links.network.relay.coding import CLOSE, DATA, OPEN, Decoder, Encoder, Said
 from canwire.hub.links.network.relay.running import Running
 from canwire.hub.links.network.session.settings import Patience, check_reach
-from tests.hub.links.network.places import QUICK, Cable, Place, channel, elsewhere, offered, running, until
-from tests.hubs import LONG_S, free_port
+from tests.hub.links.network.places import QUICK, Cable, Place, channel, elsewhere, offered, running
+from tests.hubs import LONG_S, free_port, until
 
 pytestmark = pytest.mark.conforms("PL-11")
 SAID = [Said(OPEN, 1), Said(DATA, 1, bytes(range(256)) * 200), Said(DATA, 65_535, b"x"), Said(CLOSE, 1)]

@@ -34,8 +34,8 @@ from canwire.hub.links.network.session.settings import (
 )
 from canwire.hub.protocol import messages as m
 from tests.cases import each
-from tests.hub.links.network.places import QUICK, Place, channel, elsewhere, offered, running, until
-from tests.hubs import LONG_S, free_port
+from tests.hub.links.network.places import QUICK, Place, channel, elsewhere, offered, running
+from tests.hubs import LONG_S, free_port, until
 
 pytestmark = pytest.mark.conforms("PL-11")
 
