@@ -21,6 +21,7 @@ class Poller:
         kqueue: Any = getattr(selectors, "KqueueSelector", None)
         self._selector: selectors.BaseSelector = kqueue() if kqueue else selectors.SelectSelector()
         self._limited = kqueue is None
+        self._unwatched = 0  # how often
 
     def watch(self, descriptor: int, events: int) -> None:
         """Watch a socket for these events, which replace earlier ones; raises OSError (EMFILE) if select is full."""
@@ -35,13 +36,20 @@ class Poller:
         """Stop watching a socket, before it is closed; an unknown one is ignored."""
         if descriptor in self._selector.get_map():
             self._selector.unregister(descriptor)
+            self._unwatched += 1
 
     def wait(self, timeout: float | None) -> list[tuple[int, int]]:
         """Sockets and their events within `timeout` seconds (None: forever). A broken one counts as readable."""
         if self._limited and not self._selector.get_map():  # Windows' select refuses to wait for nothing
             threading.Event().wait(timeout)
             return []
-        return [(key.fd, events) for key, events in self._selector.select(timeout)]
+        before = self._unwatched
+        try:
+            return [(key.fd, events) for key, events in self._selector.select(timeout)]
+        except OSError:
+            if self._unwatched == before:
+                raise
+            return []  # another thread has unwatched and closed one as this wait began
 
     def close(self) -> None:
         self._selector.close()
