@@ -18,9 +18,10 @@ from tests.hubs import runs
 
 register_profiles()
 
-os.environ.setdefault(
-    "CANWIRE_HELPER_STAYS", "0"
-)  # programs in C leave no warm process behind: tests/native/test_warm.py
+# programs in C leave no warm process behind: tests/native/test_warm.py
+os.environ.setdefault("CANWIRE_HELPER_STAYS", "0")
+# numpy's own threads, which nothing here needs, keep a core busy for a tenth of a second in each program that loads it
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_configure(config: pytest.Config) -> None:

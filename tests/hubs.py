@@ -209,7 +209,15 @@ def runs(item: pytest.Item) -> bool:
 def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connect]:
     """Makes connections to one hub, which are closed in the end; `served` starts it, if need be, and has its socket."""
     with ExitStack() as stack:
-        if way in ("process", "network"):
+        if way == "network":
+            from canwire.hub.links.network.client import NetworkLink  # needs an extra
+            from canwire.hub.links.network.session.settings import Patience
+
+            address, patience = served(), Patience(call_s=LONG_S, broken_s=LONG_S)
+
+            def connect(name: str) -> canwire.Hub:
+                return stack.enter_context(Hub(NetworkLink(address, name, patience=patience)))
+        elif way == "process":
             address = served()
 
             def connect(name: str) -> canwire.Hub:

@@ -44,11 +44,14 @@ class Bench:
         return self._started(["run", *options, "--", *words], more)
 
     def listening(self, *words: str, options: tuple[str, ...] = (), ports: int = 1, **more: Any) -> Process:
-        """The same, once it hears so many interfaces more, and has given back the controls that it started them by."""
+        """The same, once it hears so many interfaces more, and has given back the controls that it started them by.
+
+        A channel is there before it is active, and before the program's call that asked for it has returned.
+        """
         channels, held = self.channels(), self.held()
 
         def hears() -> bool:
-            return self.channels() >= channels + ports and self.held() <= held
+            return self.channels() >= channels + ports and self.held() <= held and self._servers_wait()
 
         process = self.start(*words, options=options, **more)
         self.until(lambda: hears() or process.poll() is not None)
@@ -87,6 +90,20 @@ class Bench:
         """The CAN lines whose control somebody has."""
         lines = canwire.every_line(self.hub, "CAN")
         return {place.address for place in lines if place.status(self.hub).control_holder}
+
+    def _servers_wait(self) -> bool:
+        """Whether the servers of all programs wait for requests: what was asked of them before is done."""
+        programs = {process.pid for process in self._processes}
+        for process in map(int, filter(str.isdigit, os.listdir("/proc"))):
+            with suppress(OSError):  # it has ended, or is another user's
+                place = Path("/proc", str(process))
+                if process in programs or os.getsid(process) != process:
+                    continue
+                # else it works, or waits for the hub's answer
+                waits = "poll" in (place / "wchan").read_text()
+                if not waits and os.readlink(place / "cwd") == str(self.home):
+                    return False
+        return True
 
     @staticmethod
     def until(condition: Callable[[], bool]) -> None:

@@ -33,9 +33,24 @@ PACKAGES = (
     "canwire.acan",
     "canwire.candrv",
     "canwire.slcan",
+    "canwire.socketcan",
+    "canwire.threads",
+    "canwire.python_can",
 )
-OTHERS = ("textual.app", "textual.widgets", "can", "can.interfaces.slcan", "serial", "argcomplete")
-HEAVY = ("canwire.commands.plot.picture",)
+OTHERS = (
+    "textual.app",
+    "textual.widgets",
+    "can",
+    "can.interfaces.slcan",
+    "serial",
+    "argcomplete",
+    "numpy",
+    "resource",
+)
+NOT_LOADED = (
+    "canwire.commands.plot.picture",
+    "canwire.socketcan._shim",
+)  # much to load; no module of Python's
 UNDERSTOOD = {"PYTHONPATH", "PYTHONUNBUFFERED"}  # of the variables that Python reads at its start
 
 
@@ -53,6 +68,7 @@ class Asked(NamedTuple):
 def load() -> None:
     """What programs will need; nothing of it starts a thread."""
     before = set(sys.modules)
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # else numpy starts some
     atexit.register(lambda: end(loaded))  # the first one, so it runs last
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
     names = list(OTHERS)
@@ -60,7 +76,7 @@ def load() -> None:
         folders = importlib.import_module(package).__path__
         names += [found.name for found in pkgutil.walk_packages(folders, f"{package}.")]
     for name in names:
-        if name not in HEAVY:
+        if name not in NOT_LOADED:
             with suppress(ImportError):  # of an extra that is not installed: programs that need it say so
                 importlib.import_module(name)
     del sys.modules["asammdf"]

@@ -137,6 +137,8 @@ def _serve(directory: str, serving: Serving, program: tuple[int, int], writing: 
         telling.write(_READY.encode())
         telling.close()
 
+    # else numpy starts threads, which keep the other cores busy for a tenth of a second and have nothing to do
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         os.setsid()
         _allow_descriptors()
