@@ -51,7 +51,7 @@ class Bench:
         channels, held = self.channels(), self.held()
 
         def hears() -> bool:
-            return self.channels() >= channels + ports and self.held() <= held and self._servers_wait()
+            return self.channels() >= channels + ports and self.held() <= held and self.servers_wait()
 
         process = self.start(*words, options=options, **more)
         self.until(lambda: hears() or process.poll() is not None)
@@ -91,7 +91,7 @@ class Bench:
         lines = canwire.every_line(self.hub, "CAN")
         return {place.address for place in lines if place.status(self.hub).control_holder}
 
-    def _servers_wait(self) -> bool:
+    def servers_wait(self) -> bool:
         """Whether the servers of all programs wait for requests: what was asked of them before is done."""
         programs = {process.pid for process in self._processes}
         for process in map(int, filter(str.isdigit, os.listdir("/proc"))):

@@ -97,7 +97,7 @@ def test_what_a_program_leaves_behind_has_its_interfaces(bench: Bench) -> None:
     script = "(sleep 0.5; exec candump -n 1 -T 20000 can0) > later.txt &"
     process = bench.start("sh", "-c", script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     assert process.wait(LONG_S) == 0
-    bench.until(lambda: bench.channels() == 1)
+    bench.until(lambda: bench.channels() == 1 and bench.servers_wait())
     bench.run("cansend", "can0", "123#11")
     bench.until(lambda: (bench.home / "later.txt").read_text() == "  can0  123   [1]  11\n")
     bench.until(lambda: bench.channels() == 0)

@@ -112,7 +112,7 @@ def test_canlogserver(bench: Bench) -> None:
     port = free_port()
     server = bench.start("canlogserver", "-p", str(port), "can0")
     with connected(bench, port, server) as client:
-        bench.until(lambda: bench.channels() > 0)
+        bench.until(lambda: bench.channels() > 0 and bench.servers_wait())
         dump = bench.dump("can0", "-l", "-n", "1")
         bench.run("cansend", "can0", "123#DEADBEEF")
         client.settimeout(LONG_S)
