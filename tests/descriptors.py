@@ -49,6 +49,7 @@ def left_open(look: Callable[[], Counter[str]]) -> Counter[str]:
     if found:
         gc.unfreeze()
         found = look()
+        gc.freeze()  # else all later collections walk through all tests
     return found
 
 

@@ -84,10 +84,15 @@ def site(hub_address: str) -> Iterator[Site]:
         yield made
 
 
+def caller(site: Site, *, follow_redirects: bool = False) -> httpx.Client:
+    """Without certificates, which take 40 ms to load: the page speaks plain HTTP."""
+    return httpx.Client(base_url=site.url, follow_redirects=follow_redirects, timeout=LONG_S, verify=False)
+
+
 @contextmanager
 def somebody(site: Site) -> Iterator[httpx.Client]:
     """Somebody with the token."""
-    with httpx.Client(base_url=site.url, follow_redirects=True, timeout=LONG_S) as made:
+    with caller(site, follow_redirects=True) as made:
         assert made.get(f"/?token={site.token}").status_code == 200
         yield made
 
@@ -115,7 +120,7 @@ def client(site: Site) -> Iterator[httpx.Client]:
 @pytest.fixture
 def viewer(site: Site) -> Iterator[httpx.Client]:
     """Somebody without the token."""
-    with httpx.Client(base_url=site.url, timeout=LONG_S) as made:
+    with caller(site) as made:
         yield made
 
 

@@ -17,7 +17,7 @@ from canwire.web.trace import plotting
 from canwire.web.trace.plotting import thinned
 from tests.effort import examples
 from tests.hubs import LONG_S
-from tests.web.conftest import served_site
+from tests.web.conftest import caller, served_site
 from tests.web.trace.test_filtering import DBC
 from tests.web.trace.watching import sender, tab_on_trace
 
@@ -95,9 +95,7 @@ def test_signals_in_rows_are_plotted_by_a_click_and_rows_marked_and_filtered(
 
 
 def test_what_is_no_signal_is_refused(hub_address: str) -> None:
-    import httpx2 as httpx
-
-    with served_site(hub_address) as site, httpx.Client(base_url=site.url) as client:
+    with served_site(hub_address) as site, caller(site) as client:
         assert client.get("/trace/plot", params={"line": "x", "id": "100", "signal": "S"}).status_code == 422
         answer = client.get("/trace/plot", params={"line": "0", "id": "100", "signal": "S"})
         assert answer.json() == {"t": [], "v": [], "next": 0}
