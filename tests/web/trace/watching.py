@@ -98,9 +98,9 @@ def tab_on_trace(browser: Browser, site: Site, *addresses: str) -> Iterator[Page
     with tab(browser, at(site, "trace")) as page:
         for address in addresses:
             page.locator("#lines").get_by_label(address).wait_for()
-        for other in page.locator("#lines input:checked").all():
-            if other.input_value() not in addresses:
-                other.uncheck()
+        checked = page.locator("#lines input:checked").evaluate_all("boxes => boxes.map(box => box.value)")
+        for other in set(checked).difference(addresses):
+            page.locator(f'#lines input[value="{other}"]').uncheck()
         for address in addresses:
             page.locator("#lines").get_by_label(address).check()
         page.locator("body[data-listening=yes]").wait_for()
