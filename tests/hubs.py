@@ -14,7 +14,7 @@ import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from time import monotonic, sleep
 from typing import NamedTuple
@@ -209,27 +209,17 @@ def runs(item: pytest.Item) -> bool:
 def reached(way: str, config: str, served: Callable[[], str]) -> Iterator[Connect]:
     """Makes connections to one hub, which are closed in the end; `served` starts it, if need be, and has its socket."""
     with ExitStack() as stack:
+        program: Callable[..., canwire.Hub]
         if way == "network":
-            from canwire.hub.links.network.client import NetworkLink  # needs an extra
-            from canwire.hub.links.network.session.settings import Patience
+            from tests.hub.links.network.places import PATIENT, elsewhere  # needs an extra
 
-            address, patience = served(), Patience(call_s=LONG_S, broken_s=LONG_S)
-
-            def connect(name: str) -> canwire.Hub:
-                return stack.enter_context(Hub(NetworkLink(address, name, patience=patience)))
+            program = partial(elsewhere, served(), PATIENT)
         elif way == "process":
-            address = served()
-
-            def connect(name: str) -> canwire.Hub:
-                return stack.enter_context(canwire.connect(address, name=name))
+            program = partial(canwire.connect, served())
         else:
             assert way == "embedded", way
-            engine = stack.enter_context(embedded(config))
-
-            def connect(name: str) -> canwire.Hub:
-                return stack.enter_context(connected(engine, name))
-
-        yield connect
+            program = partial(connected, stack.enter_context(embedded(config)))
+        yield lambda name: stack.enter_context(program(name=name))
 
 
 def fixtures(config: str) -> tuple[object, object, object, object]:

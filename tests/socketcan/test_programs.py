@@ -75,15 +75,37 @@ def test_status_and_signals_are_the_program_s(bench: Bench) -> None:
     assert process.returncode == -signal.SIGUSR1
 
 
-ENDS_SERVER = """
+FINDS_SERVER = """
 import os, select, signal, socket, struct
 with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as asks:
     asks.connect(os.environ["CANWIRE_SOCKETCAN"] + "/control")
     server, = struct.unpack_from("i", asks.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+"""
+ENDS_SERVER = f"""{FINDS_SERVER}
 end = os.pidfd_open(server)
 os.kill(server, signal.SIGTERM)
 select.select([end], [], [])
 """
+
+
+THREADS_OF_SERVER = f"""{FINDS_SERVER}
+with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as can:
+    can.bind(("can0",))
+    can.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_RECV_OWN_MSGS, 1)
+    can.send(struct.pack("=IB3x8s", 0x123, 0, bytes(8)))
+    can.recv(16)  # by now the server has loaded numpy
+    print(len(os.listdir("/proc/%d/task" % server)), os.environ.get("OPENBLAS_NUM_THREADS"))
+"""
+
+
+def test_its_server_has_none_of_numpys_threads(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They kept another core busy for a tenth of a second at each start. The program's own numpy may have them."""
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setenv("CANWIRE_HUB", bench.address)
+    program = [sys.executable, "-c", THREADS_OF_SERVER]
+    command = [sys.executable, "-m", "canwire", "run", "--", *program]  # a cold one, which has no numpy yet
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONG_S)
+    assert (done.stdout, done.stderr) == ("2 None\n", "")  # what serves, and what hears the hub
 
 
 def test_a_server_that_is_terminated_ends_without_a_word(bench: Bench) -> None:

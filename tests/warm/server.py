@@ -48,9 +48,9 @@ OTHERS = (
     "resource",
 )
 NOT_LOADED = (
-    "canwire.commands.plot.picture",
-    "canwire.socketcan._shim",
-)  # much to load; no module of Python's
+    "canwire.commands.plot.picture",  # much to load for few programs
+    "canwire.socketcan._shim",  # what programs in C load: no module of Python
+)
 UNDERSTOOD = {"PYTHONPATH", "PYTHONUNBUFFERED"}  # of the variables that Python reads at its start
 
 

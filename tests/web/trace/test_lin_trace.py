@@ -196,8 +196,7 @@ def test_rows_open_and_columns_are_those_of_the_lines(
     page.get_by_role("button", name="By identifier").click()
     page.locator("#body .trace-row", has_text="01 02").locator(".c-count", has_text="1").wait_for()
     for place in find_lines(hub, "lin0", "LIN"):
-        # by its value: a box that the page draws anew after the click is found again
-        page.locator(f'#lines input[value="{place.address}"]').uncheck()
+        page.locator("#lines").get_by_label(place.address).uncheck()
     page.get_by_role("columnheader", name="PID").wait_for(state="detached")
 
 

@@ -100,7 +100,7 @@ def tab_on_trace(browser: Browser, site: Site, *addresses: str) -> Iterator[Page
             page.locator("#lines").get_by_label(address).wait_for()
         checked = page.locator("#lines input:checked").evaluate_all("boxes => boxes.map(box => box.value)")
         for other in set(checked).difference(addresses):
-            page.locator(f'#lines input[value="{other}"]').uncheck()
+            page.locator("#lines").get_by_label(other).uncheck()
         for address in addresses:
             page.locator("#lines").get_by_label(address).check()
         page.locator("body[data-listening=yes]").wait_for()

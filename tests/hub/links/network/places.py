@@ -22,6 +22,7 @@ from tests.hubs import LONG_S, embedded, free_port
 RATE = BitTiming.for_bit_rate(500_000, clock_hz=80_000_000)
 # a connection that is broken is given up soon; an answer may take long on a busy machine
 QUICK = Patience(call_s=LONG_S, broken_s=0.8)
+PATIENT = Patience(call_s=LONG_S, broken_s=LONG_S)
 CONFIG = """
 [[bus]]
 name = "can0"

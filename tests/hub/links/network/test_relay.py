@@ -24,8 +24,8 @@ from canwire.hub.links.network.relay import at_hub
 from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
 from canwire.hub.links.network.relay.coding import CLOSE, DATA, OPEN, Decoder, Encoder, Said
 from canwire.hub.links.network.relay.running import Running
-from canwire.hub.links.network.session.settings import Patience, check_reach
-from tests.hub.links.network.places import QUICK, Cable, Place, channel, elsewhere, offered, running
+from canwire.hub.links.network.session.settings import check_reach
+from tests.hub.links.network.places import PATIENT, QUICK, Cable, Place, channel, elsewhere, offered, running
 from tests.hubs import LONG_S, free_port, until
 
 pytestmark = pytest.mark.conforms("PL-11")
@@ -109,11 +109,10 @@ def test_each_program_has_its_own_queue_filter_and_count_of_losses() -> None:
 
 def test_a_relay_whose_connection_breaks_makes_another_one_and_nothing_is_lost() -> None:
     said: list[str] = []
-    patience = Patience(call_s=LONG_S, broken_s=LONG_S)
     with bench(grace_s=LONG_S) as (place, port), place.here() as here, closing(Cable(port)) as cable:
         running(here)
         sends = channel(here, 0)
-        with relayed(place, cable.port, said) as address, elsewhere(address, patience) as reads:
+        with relayed(place, cable.port, said) as address, elsewhere(address, PATIENT) as reads:
             heard = channel(reads, 1)
             cable.hang_up()
             for number in range(10):
