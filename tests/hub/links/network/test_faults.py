@@ -427,8 +427,8 @@ control = hub.open_control(board, 0)
 channel = hub.open_channel(board, 0)
 channel.set_up(ChannelMode(receive=16, transmit=1024))
 channel.activate()
-for number in range(200):
-    channel.send(Frame(number))
+for number in range(200):  # extended: two that send one identifier at one time end in bus-off
+    channel.send(Frame(number, extended=True))
 print("holding", flush=True)
 sys.stdin.read()
 """
