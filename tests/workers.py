@@ -7,6 +7,7 @@ worker as long as it has some (`worksteal`), so that a browser, a hub or a compi
 
 from __future__ import annotations
 
+import gc
 import importlib
 import warnings
 from collections.abc import Iterator
@@ -34,6 +35,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         return
     files = list(_files(session.config))
     begin = len(files) * int(worker["workerid"].removeprefix("gw")) // worker["workercount"]
+    gc.disable()  # until all is collected: tests/conftest.py
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # as in a collection
         for file in files[begin:] + files[:begin]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import check_site
-from tests.missing import find_program
+from tests.missing import find_browser
 
 GOOD = '<h1 id="top">Title</h1><nav class="sidebar-tree"><a href="other.html#there">Other</a></nav>'
 
@@ -36,7 +36,7 @@ def test_dead_links_are_found(site: Path) -> None:
 
 
 def test_what_does_not_fit_is_found(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    chromium = find_program("chromium")
+    chromium = find_browser()
     (site / "wide.html").write_text('<h1>Wide</h1><div style="width:600px">.</div>')
     monkeypatch.setattr(check_site, "PAGES", ("index", "wide"))
     assert sorted(check_site.misfits(site, chromium)) == [

@@ -13,7 +13,7 @@ import pytest
 import canwire
 from canwire import epoch_ns
 from tests.hubs import LONG_S, served_here, serving
-from tests.missing import find_program
+from tests.missing import find_browser
 
 httpx = pytest.importorskip("httpx2")
 pytest.importorskip("starlette")
@@ -131,7 +131,7 @@ def opened_browser() -> Iterator[Browser]:
     While it is open there is an event loop in this thread, which `asyncio.run` and a second browser would meet.
     """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = find_program("chromium")
+    chromium = find_browser()
     with playwright.sync_playwright() as started:
         browser = started.chromium.launch(executable_path=chromium, args=FLAGS)
         _blank(browser)

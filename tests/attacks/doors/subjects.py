@@ -9,10 +9,13 @@ import inspect
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import canwire
+
+_folder = cache(tempfile.TemporaryDirectory)  # for all files that are written
 
 # what a parameter of this name takes; whoever takes something else under it stands in SPECIAL
 USUAL: dict[str, Callable[[], Any]] = {
@@ -36,7 +39,7 @@ USUAL: dict[str, Callable[[], Any]] = {
     "length": lambda: 8,
     "dlc": lambda: 8,
     "fd": lambda: False,
-    "path": lambda: Path(tempfile.mkdtemp()) / "trace.vcd",
+    "path": lambda: Path(_folder().name) / "trace.vcd",
     "bit_error_rate": lambda: 0.001,
     "event": lambda: canwire.BusEvent(canwire.EventKind.ERROR),
 }

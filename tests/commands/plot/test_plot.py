@@ -17,7 +17,7 @@ import canwire
 from canwire import Frame, LinFrame, LogEntry, create_log
 from canwire.commands import VERBS, main
 from tests.commands.conftest import running_lines
-from tests.missing import find_program
+from tests.missing import find_browser
 
 pytest.importorskip("cantools")
 pytestmark = pytest.mark.conforms("PC-10", "PF-12")
@@ -253,7 +253,7 @@ def test_without_matplotlib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 def test_the_page_in_a_browser() -> None:
     """It shows values under the pointer, zooms by dragging, and loads nothing."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = find_program("chromium")
+    chromium = find_browser()
     assert main(["plot", "drive.log", "--db", "engine.dbc", "EngineSpeed", "Ready", "-o", "out.html"]) == 0
     asked: list[str] = []
     faults: list[str] = []
