@@ -114,7 +114,7 @@ def main() -> int:
         raise SystemExit("one argument: the folder of the built site")
     site = Path(sys.argv[1]).resolve()
     faults = list(dead_links(site))
-    chromium = shutil.which("chromium")
+    chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if chromium is not None:
         faults += misfits(site, chromium)
     elif os.environ.get("CANWIRE_MISSING") == "fail":

@@ -8,7 +8,7 @@ import socket
 import threading
 import zlib
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from itertools import chain
 from typing import Any
 
@@ -20,7 +20,7 @@ from canwire.hub.handles.hub import Hub
 from canwire.hub.links.network.access import Access, Login, User
 from canwire.hub.links.network.client import NetworkLink
 from canwire.hub.links.network.offered import Offered
-from canwire.hub.links.network.relay import at_hub
+from canwire.hub.links.network.relay import at_hub, at_programs
 from canwire.hub.links.network.relay.at_programs import RelayAtPrograms
 from canwire.hub.links.network.relay.coding import CLOSE, DATA, OPEN, Decoder, Encoder, Said
 from canwire.hub.links.network.relay.running import Running
@@ -204,6 +204,33 @@ def test_where_no_relay_s_end_is_the_reason_is_told() -> None:
         with pytest.raises(HubError, match="no relay's end, or of another version"):
             RelayAtPrograms(f"tcp/127.0.0.1:{other.getsockname()[1]}", endpoint(), str)
         thread.join(LONG_S)
+
+
+def ended(program: socket.socket) -> bool:
+    """Whether the other side has closed this connection."""
+    program.settimeout(LONG_S)
+    with suppress(ConnectionResetError):
+        while program.recv(1 << 10):
+            pass
+    return True
+
+
+def test_a_connection_to_one_that_says_nothing_is_closed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(at_programs, "_CONNECT_S", 0.05)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        with pytest.raises(HubLost, match="no relay's end answers"):
+            RelayAtPrograms(f"tcp/127.0.0.1:{silent.getsockname()[1]}", endpoint(), str)
+        with silent.accept()[0] as program:
+            assert ended(program)
+
+
+def test_connections_that_nobody_has_looked_at_yet_are_closed_in_the_end() -> None:
+    loop, accepted, where = Running("accepts"), threading.Event(), free_port()
+    loop.listen(f"tcp/127.0.0.1:{where}", lambda reader, writer: accepted.set())
+    with socket.create_connection(("127.0.0.1", where)) as program:
+        assert accepted.wait(LONG_S)
+        loop.close()
+        assert ended(program)
 
 
 def test_a_taken_endpoint_is_named() -> None:

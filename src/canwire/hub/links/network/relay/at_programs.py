@@ -65,17 +65,24 @@ class RelayAtPrograms:
 
     async def _connected(self) -> End:
         reader, writer = await asyncio.wait_for(asyncio.open_connection(*self._where), _CONNECT_S)
-        writer.write(GREETING + b"\n")
+        try:
+            writer.write(GREETING + b"\n")
+            self._hub = await self._greeted(reader)
+            return End(reader, writer)
+        except BaseException:
+            writer.transport.abort()
+            raise
+
+    async def _greeted(self, reader: asyncio.StreamReader) -> str:
+        """The realm and name of the hub that answers."""
         try:
             line = await asyncio.wait_for(reader.readuntil(b"\n"), _CONNECT_S)
         except (asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             line = b""
         said, _, hub = line.rstrip(b"\n").rpartition(b" ")
         if said != GREETING or len(line) > LONGEST_GREETING:
-            writer.transport.abort()
             raise BadMessage("what answers there is no relay's end, or of another version of canwire")
-        self._hub = hub.decode("ascii", "replace")
-        return End(reader, writer)
+        return hub.decode("ascii", "replace")
 
     async def _keep(self, end: End) -> None:
         """Carry, and connect again whenever the connection has ended."""

@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 from canwire.hub.links.network.session.door import host_and_port
 
@@ -22,13 +23,18 @@ class Running:
         self._thread = threading.Thread(target=self._loop.run_forever, name=name, daemon=True)
         self._thread.start()
         self._servers: list[asyncio.Server] = []
+        self._accepted: WeakSet[asyncio.StreamWriter] = WeakSet()
 
     def listen(self, endpoint: str, accept: Accept) -> None:
         """Listen at an endpoint such as tcp/127.0.0.1:7448, in the loop; raises BadValue, OSError."""
 
+        def accepted(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> Awaitable[None] | None:
+            self._accepted.add(writer)
+            return accept(reader, writer)
+
         async def begin() -> None:
             host, port = host_and_port(endpoint)
-            self._servers.append(await asyncio.start_server(accept, host, port))
+            self._servers.append(await asyncio.start_server(accepted, host, port))
 
         self.run(begin())
 
@@ -56,3 +62,5 @@ class Running:
             for task in ended:
                 if not task.cancelled():
                     task.exception()  # retrieved, so that asyncio does not log it
+        for writer in self._accepted:  # a task that is cancelled before it begins closes nothing
+            writer.transport.abort()
