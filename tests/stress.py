@@ -1,8 +1,7 @@
 """Tests on a machine that has other work to do: `python -m tests.stress [TESTS...] [--times 10] [--copies 1]`.
 
 The tests (folders, files, names; none: all) run so many times beside a busy loop for each core. A table says which of
-them failed and how often; the status is 1 if any did. `--again` takes what the last run of pytest in this folder saw
-fail, and fails at once for a test that the ledger (tests/flaky.toml) names: nobody has a third chance.
+them failed and how often; the status is 1 if any did.
 """
 
 from __future__ import annotations
@@ -14,14 +13,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-LEDGER = Path(__file__).with_name("flaky.toml")
-LAST_FAILED = Path(".pytest_cache/v/cache/lastfailed")
 FAILED = 1  # pytest's status where tests failed; others say that the run itself did not succeed
 # whatever ends the process that started it, a loop ends soon after
 _LOOP = "import os, sys\nwhile os.getppid() == int(sys.argv[1]):\n    for _ in range(100_000): pass"
@@ -77,19 +73,6 @@ def table(failed: Counter[str], runs: int) -> str:
     return "\n".join([*rows, *(f"| {count} | {test} |" for test, count in failed.most_common())])
 
 
-def known(ledger: Path) -> set[str]:
-    """The tests that failed once already."""
-    return {entry["test"] for entry in tomllib.loads(ledger.read_text()).get("failed", ())}
-
-
-def again(last: Path, ledger: Path) -> list[str]:
-    """What failed in the last run of pytest; SystemExit for a second appearance."""
-    failed = list(json.loads(last.read_text())) if last.exists() else []
-    if second := sorted(known(ledger).intersection(failed)):
-        sys.exit("\n".join(["These tests failed before (tests/flaky.toml); mend their cause:", *second]))
-    return failed
-
-
 def split(words: list[str]) -> tuple[list[str], list[str]]:
     """Words of ours, and behind -- those of pytest."""
     end = words.index("--") if "--" in words else len(words)
@@ -104,8 +87,6 @@ def arguments(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--loops", type=int, default=os.cpu_count(), help="busy loops (as many as there are cores)"
     )
-    parser.add_argument("--again", action="store_true", help="what the last run of pytest here saw fail")
-    parser.add_argument("--ledger", type=Path, default=LEDGER, help="tests that failed once already")
     return parser.parse_args(words)
 
 
@@ -113,16 +94,11 @@ def main(words: list[str] | None = None) -> int:
     """The command; its exit status."""
     own, options = split(sys.argv[1:] if words is None else words)
     asked = arguments(own)
-    tests = again(LAST_FAILED, asked.ledger) if asked.again else asked.tests
-    if asked.again and not tests:
-        sys.exit("the last run of pytest here saw no test fail: there is nothing to repeat")
     folder = Path(tempfile.mkdtemp(prefix="stress-"))
     with busy(asked.loops):
-        failed = repeated([*tests, *options], asked.times, asked.copies, folder)
+        failed = repeated([*asked.tests, *options], asked.times, asked.copies, folder)
     print(table(failed, asked.times * asked.copies))
     print(f"what each run printed: {folder}")
-    if asked.again and not failed:
-        print(f"These failed beside others, and not now. Enter them in {asked.ledger}:", *tests, sep="\n")
     return int(bool(failed))
 
 

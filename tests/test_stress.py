@@ -1,8 +1,7 @@
-"""tests/stress.py counts what fails under load, ends its busy loops, and knows a second appearance."""
+"""tests/stress.py counts what fails under load, and ends its busy loops."""
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -73,19 +72,3 @@ def test_loops_end_with_whoever_started_them() -> None:
         timeout=LONG_S,
     )
     assert ended.stdout == os.linesep.encode()
-
-
-def test_a_second_appearance_fails(tmp_path: Path) -> None:
-    last, ledger = tmp_path / "lastfailed", tmp_path / "flaky.toml"
-    last.write_text(json.dumps({"test_a.py::test_one": True, "test_a.py::test_two": True}))
-    ledger.write_text('[[failed]]\ntest = "test_b.py::test_one"\ndate = 2026-11-23\ncause = "not known"\n')
-    assert stress.again(last, ledger) == ["test_a.py::test_one", "test_a.py::test_two"]
-    ledger.write_text('[[failed]]\ntest = "test_a.py::test_two"\ndate = 2026-11-23\ncause = "not known"\n')
-    with pytest.raises(SystemExit, match=r"mend their cause:\ntest_a\.py::test_two$"):
-        stress.again(last, ledger)
-
-
-def test_the_ledger_can_be_read() -> None:
-    assert all(
-        (Path(__file__).parent.parent / name.split("::")[0]).exists() for name in stress.known(stress.LEDGER)
-    )
