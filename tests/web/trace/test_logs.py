@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from websockets.sync.client import connect
@@ -11,6 +14,7 @@ from websockets.sync.client import connect
 import canwire
 from canwire import Frame, LogEntry, LogMark, MarkKind
 from canwire.web.server import Site
+from canwire.web.trace import logs
 from canwire.web.trace.logs import writable_formats
 from tests.cases import each
 from tests.web.conftest import at, tab
@@ -113,6 +117,21 @@ def test_a_file_that_is_no_log_is_told(steady: Site, asker: httpx.Client, tmp_pa
 @each("query", [{"source": "log-77", "lines": "can0"}, {"lines": ""}, {"lines": "HW1:0", "format": "x"}])
 def test_what_is_not_there_cannot_be_saved(asker: httpx.Client, query: dict[str, str]) -> None:
     assert asker.get("/trace/log", params=query).status_code == 422
+
+
+def test_where_the_disk_is_full_it_is_told_and_nothing_is_left(
+    asker: httpx.Client, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    key = opened(asker, log)
+    monkeypatch.setattr(logs, "write_rows", full)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    answer = asker.get("/trace/log", params={"source": key, "lines": "can0"})
+    assert (answer.status_code, "No space left" in answer.json()["message"]) == (409, True)
+    assert list(tmp_path.glob("canwire-web-*")) == []
+    asker.post("/trace/close", data={"key": key})
 
 
 @pytest.mark.finding("page 14")

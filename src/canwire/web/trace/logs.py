@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -77,19 +76,23 @@ class Logs:
         if not names:
             return JSONResponse({"message": word("trace.no-lines")}, 422)
         suffix = next(one.suffixes[0] for one in log_formats() if one.name == form)
-        folder = tempfile.mkdtemp(prefix="canwire-web-")
-        path = Path(folder, f"trace{suffix}")
+        folder = tempfile.TemporaryDirectory(prefix="canwire-web-")
+        path = Path(folder.name, f"trace{suffix}")
         errors = query.get("errors") == "true"
-        with create_log(path, format=form) as log:
-            for rows in parts:
-                write_rows(log, rows, names, source.history.eras, errors=errors)
+        try:
+            with create_log(path, format=form) as log:
+                for rows in parts:
+                    write_rows(log, rows, names, source.history.eras, errors=errors)
+        except OSError as error:  # the disk is full, perhaps
+            folder.cleanup()
+            return JSONResponse({"message": word.error(error)}, 409)
         headers = {"x-canwire-lost": str(sum(line.lost for line in source.lines(look.lines)))}
         return FileResponse(
             path,
             media_type="text/plain" if form == "candump" else "application/octet-stream",
             filename=file_name(suffix.removeprefix(".")),
             headers=headers,
-            background=BackgroundTask(shutil.rmtree, folder),
+            background=BackgroundTask(folder.cleanup),
         )
 
     def _parts(self, look: Look, source: Source, numbers: str | None) -> Iterator[numpy.ndarray]:
