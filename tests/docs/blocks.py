@@ -78,7 +78,7 @@ def commands(page: Path) -> str:
 def run_console(page: Path, home: Path) -> str:
     """The page's commands in one shell, in the repository, with a runtime directory of its own; what they printed.
 
-    What they write into /tmp goes into `home`.
+    What they write into the temporary directory goes into `home`.
 
     AssertionError if one fails. What is left running in the background is ended.
     """
@@ -92,6 +92,7 @@ def run_console(page: Path, home: Path) -> str:
         "PATH": f"{tools}{os.pathsep}{environment['PATH']}",
         "XDG_RUNTIME_DIR": str(runtime),
         "XDG_STATE_HOME": str(home / "state"),
+        "TMPDIR": str(home),
     }
     with ended(
         subprocess.Popen(
