@@ -17,6 +17,7 @@ from canwire.web.server import Site
 from canwire.web.trace import logs
 from canwire.web.trace.logs import writable_formats
 from tests.cases import each
+from tests.hubs import until
 from tests.web.conftest import at, tab
 from tests.web.trace.watching import Watching
 
@@ -131,6 +132,18 @@ def test_where_the_disk_is_full_it_is_told_and_nothing_is_left(
     answer = asker.get("/trace/log", params={"source": key, "lines": "can0"})
     assert (answer.status_code, "No space left" in answer.json()["message"]) == (409, True)
     assert list(tmp_path.glob("canwire-web-*")) == []
+    asker.post("/trace/close", data={"key": key})
+
+
+def test_a_part_of_a_log_or_none_leaves_nothing(
+    asker: httpx.Client, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    key = opened(asker, log)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    query = {"source": key, "lines": "can0"}
+    for part, status in (("bytes=0-9", 206), ("bytes=9999999-", 416), ("bytes=x", 400)):
+        assert asker.get("/trace/log", params=query, headers={"Range": part}).status_code == status
+    until(lambda: not list(tmp_path.glob("canwire-web-*")))
     asker.post("/trace/close", data={"key": key})
 
 

@@ -6,10 +6,9 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy
-from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
@@ -27,6 +26,7 @@ from canwire.web.trace.viewing import selected
 
 if TYPE_CHECKING:
     from starlette.requests import Request
+    from starlette.types import Receive, Scope, Send
 
     from canwire.web.desk import Desk
     from canwire.web.send.lin_outlets import LinOutlets
@@ -38,6 +38,18 @@ OPEN_PATH = "/trace/open"
 _FIRST_S = 1.0  # for the first rows of a log
 _AT_ONCE = 1 << 20  # bytes of a log that are written together
 _FOLDERS = ("trace", "journal")  # formats that are no single file
+
+
+class Download(FileResponse):
+    """A file in a separate folder, which is removed afterwards, whatever becomes of the download."""
+
+    def __init__(self, folder: tempfile.TemporaryDirectory[str], path: Path, **options: Any) -> None:
+        super().__init__(path, **options)
+        self._folder = folder
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        with self._folder:
+            await super().__call__(scope, receive, send)
 
 
 class Logs:
@@ -87,13 +99,9 @@ class Logs:
             folder.cleanup()
             return JSONResponse({"message": word.error(error)}, 409)
         headers = {"x-canwire-lost": str(sum(line.lost for line in source.lines(look.lines)))}
-        return FileResponse(
-            path,
-            media_type="text/plain" if form == "candump" else "application/octet-stream",
-            filename=file_name(suffix.removeprefix(".")),
-            headers=headers,
-            background=BackgroundTask(folder.cleanup),
-        )
+        kind = "text/plain" if form == "candump" else "application/octet-stream"
+        name = file_name(suffix.removeprefix("."))
+        return Download(folder, path, media_type=kind, filename=name, headers=headers)
 
     def _parts(self, look: Look, source: Source, numbers: str | None) -> Iterator[numpy.ndarray]:
         """Yield the rows with these numbers, or all rows that pass the filter, some at a time."""
