@@ -16,6 +16,7 @@ from canwire.hub.links.network.session.door import host_and_port
 
 _CONNECT_S = 5.0
 _AGAIN_S = 0.3
+_SILENT = "nothing was heard"  # told where a time limit has ended the wait: that error has no text
 
 
 class RelayAtPrograms:
@@ -49,7 +50,7 @@ class RelayAtPrograms:
         except OSError as error:
             raise HubLost(
                 f"{self._endpoint}: no relay's end answers; is `canwire offer --relay {self._endpoint}` running "
-                f"there? ({error or type(error).__name__})"
+                f"there? ({str(error) or _SILENT})"
             ) from None
         except BadMessage as error:
             raise HubError(f"{self._endpoint}: {error}") from None
@@ -92,7 +93,7 @@ class RelayAtPrograms:
                 await end.run()
                 why = "it was ended"
             except (OSError, BadMessage) as error:
-                why = str(error) or "nothing was heard"
+                why = str(error) or _SILENT
             self._end = None
             since_s = time.monotonic()
             self._warn(f"the relay's connection to {self._endpoint} broke: {why}; trying again")
