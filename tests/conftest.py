@@ -75,6 +75,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_collection() -> Generator[None, object, object]:
     """What was collected stays: else each collection of garbage walks through all tests of the session.
 
+    And garbage is collected seldom: a worker would do so for 7 of its 80 s.
     At the very end all goes as usual again, and libraries complain of what is still there.
     """
     gc.disable()
@@ -82,6 +83,7 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(10_000, 20, 100)
         gc.enable()
         atexit.register(gc.unfreeze)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
 from tests.cases import each
+from tests.descriptors import count_open
 from tests.effort import examples, scaled
 
 pytestmark = pytest.mark.core
@@ -950,13 +950,12 @@ class TestSharedMemory:
 
     @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     def test_no_descriptor_is_left(self) -> None:
-        gc.collect()  # that of earlier tests
-        before = len(os.listdir("/proc/self/fd"))
+        before = count_open()
         for _ in range(3):
             ends = Ends("shared", 4)
             ends.fill_up(1)
             ends.close()
-        assert len(os.listdir("/proc/self/fd")) <= before
+        assert count_open() <= before
 
 
 class RingMachine(RuleBasedStateMachine):

@@ -12,6 +12,7 @@ import canwire
 from canwire import ChannelMode, LinMonitorMode, candrv, vci
 from canwire.errors import CanwireError
 from canwire.hub.handles.channel import HubChannel
+from canwire.vci import server
 from tests.descriptors import nothing_left_open, open_descriptors
 from tests.hubs import serving
 
@@ -80,11 +81,12 @@ def _candrv_program_that_lost_its_hub() -> None:
 )
 def test_what_nobody_holds_is_closed(program: Callable[[], None]) -> None:
     program()  # what is loaded and opened once
-    vci.initialize(_hub())
+    server._process.clear()
     with nothing_left_open():
         for _ in range(3):
             program()
             vci.initialize(_hub())
+        server._process.clear()
 
 
 @pytest.mark.finding("faults 8")

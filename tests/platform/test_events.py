@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import gc
 import importlib
 import inspect
-import os
 import select
 import socket
 import threading
@@ -25,6 +23,7 @@ from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
 from canwire.timeline import Timeline
 from tests.cases import each
+from tests.descriptors import count_open
 from tests.missing import not_on_windows
 
 linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
@@ -169,14 +168,10 @@ def test_what_nobody_holds_leaves_nothing_open(kind: ModuleType) -> None:
         readable(event)
 
     one()
-    gc.collect()
-    before = len(os.listdir("/proc/self/fd"))
+    before = count_open()
     for _ in range(20):
         one()
-    gc.collect()
-    assert (
-        len(os.listdir("/proc/self/fd")) <= before
-    )  # threads of tests before this one may let go of theirs now
+    assert count_open() <= before
 
 
 def test_any_of_some_is_readable_while_one_of_them_is(kind: ModuleType) -> None:

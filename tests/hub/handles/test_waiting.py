@@ -5,8 +5,6 @@ The hub is in memory, but the client believes in real time: it sleeps on its des
 
 from __future__ import annotations
 
-import gc
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -17,6 +15,7 @@ from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Monitor, Unp
 from canwire.boards.can.modes import ChannelMode
 from canwire.platform import wait_readable
 from canwire.ring import RECHECK_S
+from tests.descriptors import count_open
 from tests.hub.in_memory import Bench, bench_of
 from tests.missing import not_on_windows
 
@@ -31,12 +30,6 @@ bench = bench_of()
 def hub(bench: Bench) -> Hub:
     made: Hub = bench.hub("one")
     return made
-
-
-def descriptors() -> int:
-    """How many are open, those of earlier tests' garbage not counted."""
-    gc.collect()
-    return len(os.listdir("/proc/self/fd"))
 
 
 def in_real_time(bench: Bench, hub: Hub) -> None:
@@ -103,7 +96,7 @@ def test_whoever_waits_on_a_queue_wakes_up(
 
 @not_on_windows("has no list of what is open")
 def test_closed_ends_leave_no_descriptor(bench: Bench, hub: Hub) -> None:
-    before = descriptors()
+    before = count_open()
     in_real_time(bench, hub)
     for _ in range(3):
         channel = bench.channel(hub)
@@ -111,7 +104,7 @@ def test_closed_ends_leave_no_descriptor(bench: Bench, hub: Hub) -> None:
         until_asleep(bench, hub, channel)
         channel.close()
         assert waiter.result() is Closed
-    assert descriptors() <= before
+    assert count_open() <= before
 
 
 def test_a_writer_that_waits_for_room_wakes_up(bench: Bench, hub: Hub) -> None:

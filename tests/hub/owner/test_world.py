@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import os
 import tracemalloc
 from collections.abc import Callable
 
@@ -21,6 +19,7 @@ from canwire.hub.protocol import messages as m
 from canwire.timeline import NEVER
 from canwire.values.frame import record_to_send
 from canwire.values.record import SELF_RECEPTION
+from tests.descriptors import count_open
 from tests.hub.in_memory import CLASSIC, Bench, bench_of
 
 QUEUES = ChannelMode(64, 64)
@@ -39,12 +38,6 @@ def hub(bench: Bench) -> Hub:
 def other(bench: Bench, hub: Hub) -> Hub:
     made: Hub = bench.hub("other")
     return made
-
-
-def descriptors() -> int:
-    """How many are open, those of earlier tests' garbage not counted."""
-    gc.collect()
-    return len(os.listdir("/proc/self/fd"))
 
 
 # lines of the other kind
@@ -146,7 +139,7 @@ def test_closing_a_session_twice_is_fine(bench: Bench, hub: Hub) -> None:
 
 def test_no_descriptor_and_no_node_is_left_behind(bench: Bench, hub: Hub) -> None:
     bench.control(hub)
-    before, nodes = descriptors(), len(bench.world.buses["can0"].nodes)
+    before, nodes = count_open(), len(bench.world.buses["can0"].nodes)
     for way in ("close", "die"):
         guest = bench.hub("guest")
         channels = [bench.channel(guest) for _ in range(3)]
@@ -160,7 +153,7 @@ def test_no_descriptor_and_no_node_is_left_behind(bench: Bench, hub: Hub) -> Non
             bench.link(guest).die()
         guest.close()
         event.close()
-    assert descriptors() <= before
+    assert count_open() <= before
     assert len(bench.world.buses["can0"].nodes) == nodes
 
 
