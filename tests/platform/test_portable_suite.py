@@ -1,4 +1,4 @@
-"""Hub tests once more in the portable variant: a part here, all of them with the command in docs/platforms.md."""
+"""Hub tests once more in the portable variant: a part here, `.ci/run` has all of the network's, docs/platforms.md all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,17 @@ from canwire.platform import PORTABLE
 
 ROOT = Path(__file__).parent.parent.parent
 PARTS = {
-    "network": ("tests/hub/links/network",),
+    "network": (
+        "tests/hub/links/network/test_programs.py",
+        *(
+            f"tests/hub/links/network/test_faults.py::test_{one}"
+            for one in (
+                "a_frozen_client_holds_nobody_up_and_goes_on",
+                "a_slow_client_loses_its_own_frames_and_holds_nobody_up",
+                "kill_9_of_a_client_in_mid_batch_gives_everything_back",
+            )
+        ),
+    ),
     "machine": (
         "tests/hub/links",
         "--ignore=tests/hub/links/network",
