@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from canwire import pytest_plugin
-from tests import missing, workers
+from tests import missing, warm, workers
 from tests.effort import register_profiles
 from tests.hubs import runs
 
@@ -29,6 +29,8 @@ def pytest_configure(config: pytest.Config) -> None:
     if not config.pluginmanager.is_registered(pytest_plugin):
         config.pluginmanager.register(pytest_plugin, "canwire")
     config.pluginmanager.register(workers)
+    if hasattr(os, "fork") and config.getoption("numprocesses", None):
+        warm.share()
     hear_signals()
 
 

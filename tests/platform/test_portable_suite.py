@@ -1,4 +1,4 @@
-"""Hub tests once more in the portable variant: a part here, `.ci/run` has all of the network's, docs/platforms.md all."""
+"""Hub tests once more in the portable variant: a part; `.ci/run` has more, the command in docs/platforms.md all."""
 
 from __future__ import annotations
 

@@ -18,7 +18,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.warm.link import Server
+from tests.warm.link import Server, share
+
+__all__ = ["Popen", "ready", "run", "share", "write_script"]
 
 _ASKS = """#!{python} -ISB
 import json, os, signal, socket, sys

@@ -1,9 +1,9 @@
-"""Forks Python programs that have all modules already: `python server.py LINK LISTENER`, two sockets' descriptors.
+"""Forks Python programs that have all modules already: `python server.py LIVES LISTENER`, two sockets' descriptors.
 
-It is asked by its maker on the first, and by others in connections to the second, one for each request. That is its
-length, with the descriptors of stdin, stdout, stderr and of a pipe; then JSON: Python's words, folder, environment, and
-whether it has a session of its own. Into the pipe go the process's number and, once it has ended, its status; if nobody
-can read that any more, the process is killed. The server has one thread, as forks need it, and ends when its maker has.
+It is asked in connections to the second, one for each request. That is its length, with the descriptors of stdin,
+stdout, stderr and of a pipe; then JSON: Python's words, folder, environment, and whether it has a session of its own.
+Into the pipe go the process's number and, once it has ended, its status; if nobody can read that any more, the process
+is killed. The server has one thread, as forks need it, and ends with the other end of the first, which its maker has.
 """
 
 from __future__ import annotations
@@ -122,10 +122,10 @@ def keep(names: set[str]) -> None:
 
 
 class Forks:
-    """Asked on sockets, told of ends by SIGCHLD."""
+    """Asked on a socket, told of ends by SIGCHLD."""
 
-    def __init__(self, link: socket.socket, listener: socket.socket) -> None:
-        self._link = link
+    def __init__(self, lives: socket.socket, listener: socket.socket) -> None:
+        self._lives = lives
         self._listener = listener
         self._poll = select.poll()
         self._tell: dict[int, int] = {}  # the pipe for each process's end
@@ -133,7 +133,7 @@ class Forks:
         os.set_blocking(wake, False)
         signal.set_wakeup_fd(wake)
         signal.signal(signal.SIGCHLD, lambda *_: None)
-        for source in (link.fileno(), listener.fileno(), self._woken):
+        for source in (lives.fileno(), listener.fileno(), self._woken):
             self._poll.register(source, select.POLLIN)
 
     def serve(self) -> Asked | None:
@@ -151,10 +151,8 @@ class Forks:
                     asked = receive(asking)
                 if asked is not None and not self._forked(asked):
                     return asked
-            if self._link.fileno() in ready:
-                asked = receive(self._link)
-                if asked is None or not self._forked(asked):
-                    return asked
+            if self._lives.fileno() in ready:
+                return None
 
     def _forked(self, asked: Asked) -> bool:
         """False in the fork."""
@@ -272,12 +270,12 @@ def run_program(words: list[str]) -> None:
 def main() -> None:
     interrupted = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the tests, and these the server
-    link, listener = (socket.socket(fileno=int(number)) for number in sys.argv[1:])
+    lives, listener = (socket.socket(fileno=int(number)) for number in sys.argv[1:])
     sys.path = [place for place in sys.path if place != os.path.dirname(os.path.abspath(__file__))]
     load()
-    asked = Forks(link, listener).serve()
+    asked = Forks(lives, listener).serve()
     if asked is not None:
-        link.detach()
+        lives.detach()
         listener.detach()
         become(asked, interrupted)
         run(asked.words)
