@@ -66,7 +66,11 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of the behaviour tests over the network some run always, all of them with CANWIRE_TEST_NETWORK=all."""
+    """Of the behaviour tests over the network some run always, all of them with CANWIRE_TEST_NETWORK=all.
+
+    Long tests come first: as the last ones they would leave the other workers nothing to do.
+    """
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
     left_out = [item for item in items if not runs(item)]
     if left_out:
         config.hook.pytest_deselected(items=left_out)

@@ -55,6 +55,7 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(path for path in made.iterdir() if path.is_dir())
 
 
+@pytest.mark.long
 @pytest.mark.conforms("N-17")
 def test_readmes_two_commands_find_what_they_need_in_the_source_distribution(unpacked: Path) -> None:
     first, second = re.findall(
@@ -70,6 +71,7 @@ def test_readmes_two_commands_find_what_they_need_in_the_source_distribution(unp
     assert [str(name) for name in names if not (unpacked / name).exists()] == []
 
 
+@pytest.mark.long
 @pytest.mark.conforms("N-16")
 def test_a_wheel_is_made_without_a_compiler_and_passes_tests(unpacked: Path, tmp_path: Path) -> None:
     run("setup.py", "-q", "bdist_wheel", "--dist-dir", str(tmp_path), home=unpacked)

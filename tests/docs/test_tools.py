@@ -14,6 +14,7 @@ from tests.docs.blocks import ROOT, run_console, run_python
 PAGE = ROOT / "docs" / "tools.md"
 
 
+@pytest.mark.long
 def test_its_commands_run(tmp_path: Path) -> None:
     pytest.importorskip("textual")
     pytest.importorskip("duckdb")

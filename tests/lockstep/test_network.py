@@ -37,6 +37,7 @@ def heard(home: Path, remote: tuple[str, ...]) -> str:
         return made.run(five_programs(), "1")["log"]
 
 
+@pytest.mark.long
 @pytest.mark.conforms("G-17", "PL-01", "PL-11")
 def test_five_dialects_over_the_network_give_the_same_log_every_time(tmp_path: Path) -> None:
     first = heard(tmp_path / "mixed", FIVE[::2])

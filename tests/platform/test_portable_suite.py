@@ -45,6 +45,7 @@ PARTS = {
 LONGEST_S = 1800  # beside other work; ten seconds by itself
 
 
+@pytest.mark.long
 @pytest.mark.conforms("N-19")
 @pytest.mark.skipif(PORTABLE, reason="this is that run")
 @pytest.mark.timeout(2 * LONGEST_S)
