@@ -72,6 +72,7 @@ class SeveralShared(SeveralSources):
 
     An entry that comes after its queue was read may be older than entries of the next queue: those wait for the next
     round. The hub fills queues in order of time, so a round that begins after a stamp was seen finds all older ones.
+    Entries of one instant are in the order of the lines, whichever was seen first.
     """
 
     def __init__(self, sources: Sequence[QueuedSource]) -> None:
@@ -92,7 +93,8 @@ class SeveralShared(SeveralSources):
                 end.lease.check()
             if timeout_s and self._event.wait(timeout_s):
                 found = self._taken()
-        found = in_time(load_numpy().concatenate([self._held, found]))
+        found = load_numpy().concatenate([self._held, found])
+        found = found[load_numpy().lexsort((found["channel"], found["time_ns"]))]
         ready = found["time_ns"] <= seen_ns if timeout_s else found["time_ns"] >= 0
         self._held = found[~ready]
         return found[ready]
