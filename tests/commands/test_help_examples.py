@@ -84,23 +84,31 @@ RUN = [
 ]
 
 
-@pytest.fixture
-def busy_hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """The usual boards, can1 as well, lines on both that acknowledge, and the files that the examples name."""
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with those that the examples name."""
+    made = tmp_path_factory.mktemp("files")
     with (EXAMPLES / "car-candump.log").open() as log:
         lines = list(islice(log, 20))
     halves = ("".join(lines[:10]).replace("vcan0", "can0"), "".join(lines[10:]).replace("vcan0", "can1"))
-    (tmp_path / "drive.log").write_text("".join(halves))
+    (made / "drive.log").write_text("".join(halves))
     for name in ("day-0001.log", "day-0002.log"):
-        (tmp_path / name).write_text(halves[0])
+        (made / name).write_text(halves[0])
     for name in ("engine.dbc", "car.dbc"):
-        shutil.copy(EXAMPLES / "engine.dbc", tmp_path / name)
+        shutil.copy(EXAMPLES / "engine.dbc", made / name)
     for name in ("door.ldf", "alive.py"):
-        shutil.copy(EXAMPLES / name, tmp_path)
-    shutil.copy(EXAMPLES / "campaign.py", tmp_path / "flips.py")
-    monkeypatch.chdir(tmp_path)
+        shutil.copy(EXAMPLES / name, made)
+    shutil.copy(EXAMPLES / "campaign.py", made / "flips.py")
     for other in ("drive.blf", "trace/"):
-        assert main(["convert", "drive.log", other]) == 0
+        assert main(["convert", str(made / "drive.log"), f"{made}/{other}"]) == 0
+    return made
+
+
+@pytest.fixture
+def busy_hub(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """The usual boards, can1 as well, lines on both that acknowledge, and the files that the examples name."""
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     buses = tuple(BusConfig(name=name, data_bit_rate=2_000_000) for name in ("can0", "can1"))
     pair = BoardConfig(kind="usb-to-can-fd", serial="HW000009", buses=("can0", "can1"))
     more = BoardConfig(kind="usb-to-can-fd", serial="HW000010", buses=("can1", "can1"))

@@ -6,12 +6,13 @@ import os
 import re
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+
+from tests.cold import entry_points
 
 pytest.importorskip("serial")
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -53,17 +54,6 @@ class Terminals:
 
     def close(self) -> None:
         self._closing.close()
-
-
-def entry_points(folder: Path) -> str:
-    """What to put on PYTHONPATH so that python-can finds our entry point, as where canwire is installed."""
-    info = folder / "metadata" / "canwire_entry_points-0.dist-info"
-    info.mkdir(parents=True)
-    entries = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["can.interface"]
-    lines = [f"{name} = {value}" for name, value in entries.items()]
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: canwire-entry-points\nVersion: 0\n")
-    (info / "entry_points.txt").write_text("\n".join(["[can.interface]", *lines, ""]))
-    return str(info.parent)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.test_five_programs import ROOT, entry_points
+from tests.cold import ROOT, entry_points
 from tests.hubs import serving
 
 GUIDE = (ROOT / "docs" / "python-can.md").read_text(encoding="utf-8")

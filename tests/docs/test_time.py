@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.cold import entry_points
 from tests.docs.blocks import blocks
-from tests.docs.test_five_programs import entry_points
 from tests.lockstep.programs import PAGE, bench, five_programs, page_serves
 
 pytest.importorskip("can")

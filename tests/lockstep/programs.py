@@ -14,7 +14,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from tests import warm
-from tests.docs.test_five_programs import entry_points as written_entry_points
+from tests.cold import entry_points as written_entry_points
 from tests.hubs import LONG_S, offering
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import pytest
 import canwire
 from canwire.python_can import CanwireBus
 from tests import warm
+from tests.cold import entry_points
 from tests.hubs import Served, serving
 from tests.python_can.programs import Open, Program
 
@@ -55,14 +55,8 @@ def hub() -> Iterator[canwire.Hub]:
 @pytest.fixture(scope="session")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What to put on PYTHONPATH so that python-can finds our entry point, as where canwire is installed."""
-    home = tmp_path_factory.mktemp("installed")
-    entries = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["can.interface"]
-    info = home / "canwire_interface-0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: canwire-interface\nVersion: 0\n")
-    lines = [f"{name} = {value}" for name, value in entries.items()]
-    (info / "entry_points.txt").write_text("\n".join(["[can.interface]", *lines, ""]))
-    return os.pathsep.join(filter(None, [str(home), str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
+    home = entry_points(tmp_path_factory.mktemp("installed"))
+    return os.pathsep.join(filter(None, [home, str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
 
 
 @pytest.fixture(scope="session")

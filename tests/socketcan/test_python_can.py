@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import canwire
+from tests.cold import without_asammdf
 from tests.hubs import LONG_S
 from tests.socketcan.bench import Bench, finished, frames
 
@@ -72,6 +75,11 @@ async def main():
         assert seen == list(range(100))
 asyncio.run(main())
 """
+
+
+@pytest.fixture(autouse=True)
+def _python_can_starts_quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path), prepend=os.pathsep)
 
 
 @pytest.mark.conforms("PL-12", "N-28")
