@@ -25,9 +25,9 @@ PARTS = {
         ),
     ),
     "machine": (
-        "tests/hub/links",
-        "--ignore=tests/hub/links/network",
-        "tests/hub/handles",
+        "tests/hub/links/test_links.py",
+        "tests/hub/links/test_loopback.py",
+        "tests/hub/handles/test_waiting.py",
         "tests/hub/test_kills.py",
         "tests/platform/test_ticks.py",
         *(
