@@ -13,6 +13,7 @@ import pytest
 
 from canwire import pytest_plugin
 from tests import missing, warm, workers
+from tests.cold import without_asammdf
 from tests.effort import register_profiles
 from tests.hubs import runs
 
@@ -82,7 +83,7 @@ def pytest_collection() -> Generator[None, object, object]:
     """What was collected stays: else each collection of garbage walks through all tests of the session.
 
     And garbage is collected seldom: a worker would do so for 7 of its 80 s.
-    At the very end all goes as usual again, and libraries complain of what is still there.
+    At the very end of a run without workers all goes as usual again, and libraries complain of what is still there.
     """
     gc.disable()
     try:
@@ -92,6 +93,12 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.set_threshold(10_000, 20, 100)
         gc.enable()
         atexit.register(gc.unfreeze)
+
+
+@pytest.fixture
+def python_can_without_mf4(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs that this test starts cold load python-can in half of the time."""
+    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path_factory.mktemp("cold")), prepend=os.pathsep)
 
 
 @pytest.fixture(autouse=True, scope="session")

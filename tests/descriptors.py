@@ -18,12 +18,6 @@ _STANDARD = 2
 GIVES_BACK = "canwire-forgotten"  # the thread that closes a hub which nobody holds
 
 
-def count_open() -> int:
-    """How many there are, those of earlier tests' garbage not counted: what is left of these may close later on."""
-    gc.collect()
-    return len(os.listdir("/dev/fd"))  # on Linux _OPEN, and macOS has it too
-
-
 def open_descriptors() -> Counter[str]:
     """By what they are; empty where the system does not tell."""
     gc.collect()

@@ -23,7 +23,7 @@ from canwire.ring import HEADER_SIZE, MAGIC, Ring, ring_size, rounded_capacity
 from canwire.values.frame import Frame, record_of_frame
 from canwire.values.record import RECORD_SIZE, record_dtype
 from tests.cases import each
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.effort import examples, scaled
 
 pytestmark = pytest.mark.core
@@ -950,12 +950,12 @@ class TestSharedMemory:
 
     @pytest.mark.skipif(PORTABLE, reason="of descriptors that travel between processes, which are Linux'")
     def test_no_descriptor_is_left(self) -> None:
-        before = count_open()
+        before = open_descriptors()
         for _ in range(3):
             ends = Ends("shared", 4)
             ends.fill_up(1)
             ends.close()
-        assert count_open() <= before
+        assert open_descriptors() <= before
 
 
 class RingMachine(RuleBasedStateMachine):

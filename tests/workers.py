@@ -51,7 +51,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def _end() -> None:
-    """Before the interpreter takes all tests apart, which takes a worker two seconds and shows nothing."""
+    """End before the interpreter takes all tests apart, which takes a worker two seconds and shows nothing."""
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     os._exit(0)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.cold import without_asammdf
 from tests.docs.blocks import ROOT, blocks, run_console, run_python
 
 PAGES = sorted((ROOT / "docs" / "how-to").glob("*.md"))
@@ -46,9 +44,9 @@ def test_commands(page: Path, tmp_path: Path) -> None:
     assert run_console(page, tmp_path)
 
 
-def test_the_tests_of_the_ci_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("python_can_without_mf4")
+def test_the_tests_of_the_ci_page(tmp_path: Path) -> None:
     pytest.importorskip("can")
-    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path / "python-can"), prepend=os.pathsep)
     page = ROOT / "docs" / "how-to" / "ci.md"
     for block in blocks(page):
         if block.mark.startswith("file: "):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import re
 import shlex
 import subprocess
@@ -16,7 +15,6 @@ import pytest
 from canwire import ChannelMode, Frame, Hub, HubChannel, LinePlace, WantedMode, connect
 from canwire.commands import VERBS
 from canwire.commands.can_line import bring_up
-from tests.cold import without_asammdf
 from tests.commands.conftest import hub_address
 from tests.commands.test_slcan import PATIENCE_S, Command
 from tests.slcan.bench import Bench
@@ -73,11 +71,9 @@ def test_commands_exist() -> None:
 
 @pytest.mark.realtime
 @pytest.mark.conforms("CT-01")
-def test_the_first_program_runs_as_printed(
-    hub_address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("python_can_without_mf4")
+def test_the_first_program_runs_as_printed(hub_address: str, tmp_path: Path) -> None:
     """But for where the terminal is."""
-    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path), prepend=os.pathsep)
     [program] = re.findall(r"<!-- sample: first -->\n```python\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
     place = str(tmp_path / "can")
     command = Command(hub_address, tmp_path, "--pty", place)

@@ -13,7 +13,6 @@ import pytest
 import canwire
 from canwire import BadValue, Frame, Hub, HubLost, Lab, LabBus, NodeScript, NoSuchBoard, find_lines
 from canwire.bus.can.bus import CanBus
-from tests.cold import without_asammdf
 from tests.hub.faults.bench import Program
 
 LONG_S = 30.0
@@ -68,12 +67,10 @@ def test_a_thousand_frames_each_way_and_none_lost(bus: LabBus, hub: Hub) -> None
 
 
 @pytest.mark.conforms("N-14")
-def test_a_program_in_a_process_of_its_own(
-    bus: LabBus, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("python_can_without_mf4")
+def test_a_program_in_a_process_of_its_own(bus: LabBus, address: str) -> None:
     bus.node("echo", Echo())
     pytest.importorskip("can")
-    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path), prepend=os.pathsep)
     code = (
         "import can, sys\n"
         "with can.Bus('body', interface='canwire', hub=sys.argv[1], bitrate=500_000) as bus:\n"

@@ -60,6 +60,7 @@ def test_random_programs_do_on_the_network_what_they_do_beside_the_hub(tmp_path:
     for remotely in found[1:]:
         for name, beside in found[0].items():
             assert remotely[name].splitlines() == beside.splitlines(), name
+        assert remotely == found[0]
 
 
 @pytest.mark.conforms("G-17")

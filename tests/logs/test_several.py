@@ -149,7 +149,7 @@ def test_shared_lines_go_into_one_log(tmp_path: Path) -> None:
         assert times == sorted(times)
         for channel, first_id in (("can0", 0), ("can1", 1)):
             assert [id for bus, id in found[-1] if bus == channel] == list(range(first_id, 50, 2))
-    assert sorted(found[0]) == sorted(found[1])  # frames of one instant may be seen in either order
+    assert found[0] == found[1]
 
 
 class Queue:
@@ -207,13 +207,7 @@ def test_entries_of_one_instant_are_in_the_order_of_the_lines() -> None:
     b.waiting = [20]
     assert len(several.take(0.01)) == 0
     a.waiting = [20]  # of the same instant, but its queue had been looked into before it came
-    found = several.take(0.01)
-    assert [
-        (int(time), int(line)) for time, line in zip(found["time_ns"], found["channel"], strict=True)
-    ] == [
-        (20, 0),
-        (20, 1),
-    ]
+    assert several.take(0.01)[["time_ns", "channel"]].tolist() == [(20, 0), (20, 1)]
     several.close()
 
 

@@ -23,7 +23,7 @@ from canwire.platform.portable import events, memory, polling
 from canwire.platform.portable.pairs import connected_pair
 from canwire.timeline import Timeline
 from tests.cases import each
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.missing import not_on_windows
 
 linux: Any = importlib.import_module("canwire.platform.linux") if hasattr(select, "poll") else None
@@ -168,10 +168,10 @@ def test_what_nobody_holds_leaves_nothing_open(kind: ModuleType) -> None:
         readable(event)
 
     one()
-    before = count_open()
+    before = open_descriptors()
     for _ in range(20):
         one()
-    assert count_open() <= before
+    assert open_descriptors() <= before
 
 
 def test_any_of_some_is_readable_while_one_of_them_is(kind: ModuleType) -> None:

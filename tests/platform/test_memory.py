@@ -19,7 +19,7 @@ from canwire.platform.portable.memory import (
     map_memory,
     remove_stale,
 )
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.missing import not_on_windows
 
 NAME = f"canwire-{os.getpid()}-{'a' * 32}.ring"
@@ -70,11 +70,11 @@ def test_no_room_is_an_error_that_leaves_nothing(place: Path, monkeypatch: pytes
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(memory.os, "ftruncate", full)
-    before = count_open()
+    before = open_descriptors()
     with pytest.raises(OSError, match="No space"):
         create_memory(8)
     assert list(place.iterdir()) == []
-    assert count_open() <= before
+    assert open_descriptors() == before
 
 
 @not_on_windows("has the rights of folders instead")

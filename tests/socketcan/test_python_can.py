@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 import canwire
-from tests.cold import without_asammdf
 from tests.hubs import LONG_S
 from tests.socketcan.bench import Bench, finished, frames
 
 pytest.importorskip("can")
+pytestmark = pytest.mark.usefixtures("python_can_without_mf4")
 
 FRAMES_BOTH_WAYS = """
 import can
@@ -75,11 +73,6 @@ async def main():
         assert seen == list(range(100))
 asyncio.run(main())
 """
-
-
-@pytest.fixture(autouse=True)
-def _python_can_starts_quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path), prepend=os.pathsep)
 
 
 @pytest.mark.conforms("PL-12", "N-28")

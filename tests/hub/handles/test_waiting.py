@@ -15,7 +15,7 @@ from canwire import Closed, Event, Frame, Hub, HubChannel, HubLost, Monitor, Unp
 from canwire.boards.can.modes import ChannelMode
 from canwire.platform import wait_readable
 from canwire.ring import RECHECK_S
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.hub.in_memory import Bench, bench_of
 from tests.missing import not_on_windows
 
@@ -96,7 +96,7 @@ def test_whoever_waits_on_a_queue_wakes_up(
 
 @not_on_windows("has no list of what is open")
 def test_closed_ends_leave_no_descriptor(bench: Bench, hub: Hub) -> None:
-    before = count_open()
+    before = open_descriptors()
     in_real_time(bench, hub)
     for _ in range(3):
         channel = bench.channel(hub)
@@ -104,7 +104,7 @@ def test_closed_ends_leave_no_descriptor(bench: Bench, hub: Hub) -> None:
         until_asleep(bench, hub, channel)
         channel.close()
         assert waiter.result() is Closed
-    assert count_open() <= before
+    assert open_descriptors() <= before
 
 
 def test_a_writer_that_waits_for_room_wakes_up(bench: Bench, hub: Hub) -> None:

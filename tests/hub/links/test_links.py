@@ -39,7 +39,7 @@ from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.failure import failed, raised
 from canwire.hub.protocol.link import Link
 from tests.cases import each
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.hub.links.ways import AGES, accept, leave_dead, listen, unix_only
 from tests.hubs import until
 from tests.missing import not_on_windows
@@ -312,11 +312,11 @@ def test_links_leave_nothing_behind(place: Place) -> None:
 
     one()
     until(lambda: place.engine.call(lambda: len(place.engine.world.sessions)) == 0)
-    before = count_open()
+    before = open_descriptors()
     for _ in range(20):
         one()
     until(lambda: place.engine.call(lambda: len(place.engine.world.sessions)) == 0)
-    assert count_open() <= before
+    assert open_descriptors() == before
 
 
 # in this process

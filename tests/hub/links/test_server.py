@@ -31,7 +31,7 @@ from canwire.hub.links.unix_socket import connection
 from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.world import World
 from canwire.hub.protocol import messages as m
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.effort import examples
 from tests.hub.links.ways import AGES, Stream, address_at, bare, leave_dead, sockets, unix_only
 from tests.hubs import until
@@ -388,13 +388,13 @@ def test_descriptors_from_a_client_are_dropped(hub: Hub, wire: Wire) -> None:
     """A hub takes none: they must not pile up in it."""
     wire.send(HELLO)
     wire.reply()
-    before = count_open()
+    before = open_descriptors()
     for serial in range(2, 12):
         request = m.encode_request(serial, m.Watch())
         rights = array.array("i", [wire.socket.fileno()] * 8)
         wire.socket.sendmsg([request], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, rights)])
         assert wire.reply() == (serial, m.Done())
-    assert count_open() <= before
+    assert open_descriptors() == before
 
 
 def test_errors_of_a_request_keep_the_session(hub: Hub, wire: Wire) -> None:
@@ -490,17 +490,17 @@ def test_descriptors_go_with_the_first_byte_of_their_message_only() -> None:
     reluctant: Any = Reluctant()
     outbox = Outbox(reluctant)
     read, write = os.pipe()
-    before = count_open()
+    before = open_descriptors()
     for message, count in ((b"first", 1), (b"second", 0), (b"third", 2)):
         outbox.put(message, tuple(map(os.dup, (read, write)[:count])))
     while outbox:
         outbox.flush()
     assert reluctant.taken == b"firstsecondthird"
     assert reluctant.came_with == {0: 1, 11: 2}
-    assert count_open() <= before
+    assert open_descriptors() == before
     outbox.put(b"never sent", (os.dup(read), os.dup(write)))
     outbox.close()
-    assert count_open() <= before
+    assert open_descriptors() == before
     os.close(read)
     os.close(write)
 
@@ -601,11 +601,11 @@ def test_nothing_is_left_of_sessions_that_ended(hub: Hub, bystander: Wire) -> No
     board = bystander.ask(m.ListBoards()).boards[0]
     one(board)
     hub.wait_for_sessions(1)
-    before = count_open()
+    before = open_descriptors()
     for _ in range(200):
         one(board)
     hub.wait_for_sessions(1)
-    assert count_open() <= before
+    assert open_descriptors() == before
 
 
 def test_notices_reach_those_who_asked(hub: Hub, wire: Wire, bystander: Wire) -> None:

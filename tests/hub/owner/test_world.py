@@ -19,7 +19,7 @@ from canwire.hub.protocol import messages as m
 from canwire.timeline import NEVER
 from canwire.values.frame import record_to_send
 from canwire.values.record import SELF_RECEPTION
-from tests.descriptors import count_open
+from tests.descriptors import open_descriptors
 from tests.hub.in_memory import CLASSIC, Bench, bench_of
 
 QUEUES = ChannelMode(64, 64)
@@ -139,7 +139,7 @@ def test_closing_a_session_twice_is_fine(bench: Bench, hub: Hub) -> None:
 
 def test_no_descriptor_and_no_node_is_left_behind(bench: Bench, hub: Hub) -> None:
     bench.control(hub)
-    before, nodes = count_open(), len(bench.world.buses["can0"].nodes)
+    before, nodes = open_descriptors(), len(bench.world.buses["can0"].nodes)
     for way in ("close", "die"):
         guest = bench.hub("guest")
         channels = [bench.channel(guest) for _ in range(3)]
@@ -153,7 +153,7 @@ def test_no_descriptor_and_no_node_is_left_behind(bench: Bench, hub: Hub) -> Non
             bench.link(guest).die()
         guest.close()
         event.close()
-    assert count_open() <= before
+    assert open_descriptors() <= before
     assert len(bench.world.buses["can0"].nodes) == nodes
 
 

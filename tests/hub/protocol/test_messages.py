@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from canwire import (
@@ -30,7 +30,6 @@ from canwire.hub.protocol import lin_messages
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.lin_messages import LinReply, LinRequest
 from tests.cases import each
-from tests.effort import examples
 
 SERIALS = st.integers(0, 2**64 - 1)
 TIMINGS = [
@@ -119,7 +118,7 @@ def test_every_message_is_a_request_or_a_reply() -> None:
 
 
 @pytest.mark.parametrize("kind", REQUESTS, ids=attrgetter("__name__"))
-@examples(10)  # of each of a hundred kinds
+@settings(max_examples=25)
 @given(data=st.data(), serial=SERIALS)
 def test_requests_go_there_and_back(kind: type, data: st.DataObject, serial: int) -> None:
     request = data.draw(fields_of(kind))
@@ -127,7 +126,7 @@ def test_requests_go_there_and_back(kind: type, data: st.DataObject, serial: int
 
 
 @pytest.mark.parametrize("kind", REPLIES, ids=attrgetter("__name__"))
-@examples(10)  # of each of a hundred kinds
+@settings(max_examples=25)
 @given(data=st.data(), serial=SERIALS, descriptors=st.integers(0, 9))
 def test_replies_go_there_and_back(kind: type, data: st.DataObject, serial: int, descriptors: int) -> None:
     reply = data.draw(fields_of(kind))
