@@ -10,13 +10,16 @@ from typing import Any
 
 import pytest
 
-from canwire import BadMessage
+from canwire import BadMessage, ChannelMode
 from canwire.hub.links.network import wire
 from canwire.hub.links.network.calls import Asked, Positions, answered_in, encode
 from canwire.hub.links.network.guest import Guest
+from canwire.hub.links.network.incoming import Incoming
 from canwire.hub.links.network.lockstep.held_place import HeldPlace
 from canwire.hub.links.network.lockstep.stirs import IncomingStirs, OutgoingStirs
+from canwire.hub.links.network.mirrors import Outgoing
 from canwire.hub.links.network.wire import Report
+from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.hub.owner.lockstep.shared_page import SharedPage
 from canwire.hub.protocol import messages as m
 from canwire.hub.protocol.link import Answer
@@ -50,15 +53,18 @@ def test_a_wait_is_told_its_end_and_one_that_was_interrupted_that_another_has_be
 
 
 class PageLink:
-    """A hub of which a guest sees the page for its program's one thread, and nothing else."""
+    """A hub of which a guest sees the page for its program's one thread, and the queues of one channel."""
 
     time = "lockstep"
 
     def __init__(self, page: SharedPage) -> None:
         self.page = page
-        self.doorbell = EventDescriptor()
+        self.doorbell = EventDescriptor(shared=True)
+        self.rings = SharedRings(8, 8, exact=True, doorbell=self.doorbell, halts=None)
 
     def call(self, request: m.Message) -> Answer:
+        if isinstance(request, m.SetUpChannel):
+            return m.ChannelOpened(8, 8), self.rings.hand_over()
         assert isinstance(request, m.JoinTime)
         return m.Joined("hub", 0), self.page.hand_over()
 
@@ -66,6 +72,7 @@ class PageLink:
         """There are no notices."""
 
     def close(self) -> None:
+        self.rings.close()
         self.doorbell.close()
 
 
@@ -73,9 +80,11 @@ class Remote:
     """A program elsewhere that takes part in the hub's time, and the hub's end of its connection."""
 
     def __init__(self, page: SharedPage) -> None:
-        link: Any = PageLink(page)
+        self.link = PageLink(page)
+        link: Any = self.link
         self.stirs = OutgoingStirs()
-        self.guest = Guest(link, "somebody", "configure", lambda payload: None, lambda: True)
+        self.sent: list[bytes] = []
+        self.guest = Guest(link, "somebody", "configure", self.sent.append, lambda: True)
         self.answers: queue.Queue[m.Message] = queue.Queue()
         self.serials = itertools.count(1)
 
@@ -130,6 +139,31 @@ def test_a_wait_that_overtakes_what_was_sent_before_it_begins_after_that(
     until(page.words.asked)
     page.give(600)
     assert remote.answer() == m.Number(600)
+
+
+@pytest.mark.conforms("G-17")
+def test_a_wait_right_after_the_answer_that_opened_queues_finds_them(
+    page: SharedPage, remote: Remote
+) -> None:
+    """A wait whose call overtook them was not ended by frames: seen as a log that differed in one run of hundreds."""
+    remote.link.rings.receive.put_bytes(bytes(80))
+    found: list[tuple[list[object], list[bytes]]] = []
+
+    def answered(payload: bytes) -> None:
+        mirror = remote.guest.pump.mirror
+        kinds: list[object] = [type(mirror(number)) for number, _ in answered_in(payload).rings]
+        found.append((kinds, batches(remote)))
+
+    serial = next(remote.serials)
+    request = m.encode_request(serial, m.SetUpChannel(1, ChannelMode(8, 8)))[m.LENGTH.size :]
+    remote.guest.ask(encode(Asked(serial, serial, "elsewhere", (), request)), answered)
+    until(lambda: batches(remote))  # only then: the client would drop them
+    assert found == [([Outgoing, Incoming], [])]
+
+
+def batches(remote: Remote) -> list[bytes]:
+    """The records that were sent to the program."""
+    return [payload for payload in remote.sent if payload[0] in (*wire.BATCHES, wire.TOGETHER)]
 
 
 def test_a_stir_comes_once_however_often_the_network_drops_or_repeats_it() -> None:

@@ -11,14 +11,14 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage, CanwireError, HubError, LimitReached
 from canwire.hub.links.network import access, wire
-from canwire.hub.links.network.calls import Answered, Asked, Positions, asked_in, encode, refused
+from canwire.hub.links.network.calls import Answered, Asked, asked_in, encode, refused
 from canwire.hub.links.network.cuts.late import Late
 from canwire.hub.links.network.lockstep.places import Places
 from canwire.hub.links.network.lockstep.stirs import IncomingStirs
@@ -255,33 +255,29 @@ class Guest:
         if opened:
             handle = reply.handle if isinstance(reply, m.FifoOpened) else getattr(request, "handle", 0)
             self._rings[handle] = tuple(one.mirror.number for one in opened)
+        self._answer(asked, reply, opened)
+
+    def _answer(self, asked: Asked, reply: m.Message, opened: Sequence[Opened] = ()) -> None:
+        """Answer each repetition of the call, after everything that the client's queues hold by now."""
         rings = filled(opened)
-        self._add(opened, outgoing=False)  # what the client puts in next finds its ring here
         begun = tuple(
             (one.mirror.number, one.mirror.written) for one in opened if isinstance(one.mirror, Outgoing)
         )
-        self._answer(asked, reply, rings, begun)
-        self._add(opened, outgoing=True)  # what is sent from now on finds the client's
-
-    def _add(self, opened: list[Opened], *, outgoing: bool) -> None:
-        for mirror, events in opened:
-            if isinstance(mirror, Outgoing) == outgoing:
-                self.pump.add(mirror, *events)
-
-    def _answer(self, asked: Asked, reply: m.Message, rings: Positions = (), begun: Positions = ()) -> None:
-        """Answer each repetition of the call, after everything that the client's queues hold by now."""
         positions = self.pump.written() + begun
         self.pump.flush()
         taken = self._places.taken(self.pump.mirrors())
         body = m.encode_reply(asked.serial, reply)[m.LENGTH.size :]
         answer = encode(Answered(body, rings, positions, taken, time.monotonic_ns()))
-        with self._lock:
-            waiting = self._known.get(asked.serial)
-            self._known[asked.serial] = answer
-            self._waiting -= 1
-            self._waiting_bytes -= len(asked.request)
-        for each in waiting if isinstance(waiting, list) else ():
-            each(answer)
+        with self.pump.holding_back():  # records would reach the client before it knows their rings
+            for mirror, events in opened:  # now: the client's next call may be about them
+                self.pump.add(mirror, *events)
+            with self._lock:
+                waiting = self._known.get(asked.serial)
+                self._known[asked.serial] = answer
+                self._waiting -= 1
+                self._waiting_bytes -= len(asked.request)
+            for each in waiting if isinstance(waiting, list) else ():
+                each(answer)
 
     def _forget(self, handle: int) -> None:
         self.pump.remove(self._rings.pop(handle, ()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -120,7 +120,7 @@ def _fifo_here(
     return Opened(Watched(number, ring), (reader, writer))
 
 
-def filled(opened: list[Opened]) -> Filled:
+def filled(opened: Sequence[Opened]) -> Filled:
     """The number of each ring, and how many records its copy at the client begins with."""
     return tuple(
         (one.mirror.number, one.mirror.filled if isinstance(one.mirror, Incoming) else 0) for one in opened

@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from canwire.errors import BadMessage
@@ -87,6 +88,10 @@ class Pump:
     def wake(self) -> None:
         """Wake the pump, as there may be something to send."""
         self._wake.signal()
+
+    def holding_back(self) -> AbstractContextManager[object]:
+        """A context during which nothing is sent."""
+        return self._sending
 
     def flush(self) -> None:
         """Send all new records, and report those taken here, before the next call."""
