@@ -58,7 +58,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def tell_only_results(config: pytest.Config) -> None:
-    """Send one message for a test that passes, not five: the process that gets them spends a millisecond on each test."""
+    """Send two messages about a test that passes, not six: the process that gets them spends a millisecond on each."""
     interactor: Any = next(one for one in config.pluginmanager.get_plugins() if hasattr(one, "sendevent"))
     send = interactor.sendevent
 
