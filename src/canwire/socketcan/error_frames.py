@@ -43,11 +43,16 @@ def put_error_frame(row: Any, event: BusEvent) -> bool:
 
 
 def put_error_frames(records: Any, rows: Any, errors: Any, on_state: Callable[[ErrorState], object]) -> Any:
-    """Turn the events among records (`errors` is their mask) into error frames; returns a mask of rows to pass on."""
+    """Turn the events among records (`errors` is their mask) into error frames; returns a mask of rows to pass on.
+
+    `on_state` hears each state before the error frame that says it, as a kernel's driver takes the carrier away first.
+    The error that leads to bus-off says so, too, and the event of the state may come in a later batch.
+    """
     kept = ~errors
     for at in errors.nonzero()[0]:
         event = BusEvent.from_record(records[at].tobytes())
-        if event.kind is EventKind.STATE:
+        leads_there = event.kind is EventKind.ERROR and event.state is ErrorState.BUS_OFF
+        if event.kind is EventKind.STATE or leads_there:
             on_state(event.state)
         kept[at] = put_error_frame(rows[at], event)
     return kept
