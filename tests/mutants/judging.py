@@ -129,7 +129,7 @@ class Judge:
 
     def __init__(self, root: Path, home: Path) -> None:
         self._trees = {compiled: Tree(root, home, compiled) for compiled in (True, False)}
-        self._core = {f"src/{name.replace('.', '/')}.py" for name in _core_of(root)}
+        self._core = core_files(root)
         self._kills: Counter[tuple[bool, str]] = Counter()
         self._failing: dict[bool, list[str]] = {True: [], False: []}
         self._within: dict[tuple[bool, frozenset[str]], bool] = {}
@@ -211,6 +211,8 @@ def end_all(home: str) -> None:
             continue  # it has ended meanwhile, or belongs to somebody else
 
 
-def _core_of(root: Path) -> list[str]:
+def core_files(root: Path) -> set[str]:
+    """The source files that are compiled, as `src/canwire/ring.py`."""
     text = (root / "setup.py").read_text("utf-8")
-    return re.findall(r'^    "(canwire\.[\w.]+)": \d', text, re.MULTILINE)
+    names = re.findall(r'^    "(canwire\.[\w.]+)": \d', text, re.MULTILINE)
+    return {f"src/{name.replace('.', '/')}.py" for name in names}
