@@ -104,8 +104,10 @@ class BusState(Bus):
         return self.account().busy_ns
 
     def busy_since_ns(self) -> int:
-        """The time in ns since which the bus has not rested."""
-        return self._busy_since_ns
+        """The time in ns since which the bus has not rested: this moment while it rests, even if a frame waits."""
+        now_ns = self.timeline.now_ns
+        rests = self._state == _REST and now_ns > self._free_ns + self._pause_ns
+        return now_ns if rests else self._busy_since_ns
 
     def _look_inside(self) -> SteppedFrame:
         """The frame on the wire, or the last one if there is none."""
