@@ -20,10 +20,8 @@ from typing import Any
 
 import pytest
 
-_ALL_REPORTS = (
-    "xmlpath",
-    "durations",
-)  # options that also show when a test began, and how its fixtures ended
+# options that also show when a test began, and how its fixtures ended
+_ALL_REPORTS = ("xmlpath", "durations")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -10,7 +10,8 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,6 +72,16 @@ class Tree:
         path.write_text(source, "utf-8")
         for kept in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
             kept.unlink()
+
+    @contextmanager
+    def changed(self, file: str, change: Callable[[str], str]) -> Iterator[None]:
+        """The file has its changed text meanwhile."""
+        source = (self.root / file).read_text("utf-8")
+        self.write(file, change(source))
+        try:
+            yield
+        finally:
+            self.write(file, source)
 
     def run(
         self, tests: Sequence[str], without: Sequence[str], cpu_s: float, to_the_end: bool = False
@@ -161,12 +172,8 @@ class Judge:
         """These tests on the source with this mutant."""
         compiled = self._compiled(mutant)
         tree = self._trees[compiled]
-        source = (tree.root / mutant.file).read_text("utf-8")
-        tree.write(mutant.file, mutant.applied(source))
-        try:
+        with tree.changed(mutant.file, mutant.applied):
             return tree.run(tests, [*self._failing[compiled], *without], cpu_s)
-        finally:
-            tree.write(mutant.file, source)
 
     def failing_anyway(self, rows: Sequence[tuple[Mutant, str]]) -> list[Mutant]:
         """Those of these mutants and their killers whose killer fails on the unchanged source, too."""

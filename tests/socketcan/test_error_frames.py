@@ -9,8 +9,7 @@ import canwire
 from canwire import BusEvent, ErrorKind, ErrorState, EventKind
 from canwire.socketcan.error_frames import put_error_frames
 from canwire.socketcan.wire import received_dtype
-
-BUS_OFF = 0x40  # CAN_ERR_BUSOFF
+from canwire.values.error_frame import BUSOFF
 
 
 def told_by(*events: BusEvent) -> tuple[list[int], list[ErrorState]]:
@@ -29,7 +28,7 @@ def test_bus_off_is_shown_before_any_error_frame_that_says_it() -> None:
         EventKind.ERROR, error=ErrorKind.BIT, state=ErrorState.BUS_OFF, transmitting=True, tec=256
     )
     [number], told = told_by(error)
-    assert number & BUS_OFF
+    assert number & BUSOFF
     assert told == [ErrorState.BUS_OFF]
     assert told_by(error, BusEvent(EventKind.STATE, state=ErrorState.BUS_OFF))[1] == [ErrorState.BUS_OFF] * 2
 
