@@ -152,6 +152,26 @@ def left_meanwhile(leaving: canwire.HubChannel) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def taken_meanwhile(hub: canwire.Hub) -> Iterator[None]:
+    """Another program begins to use the next line whose control is taken, by way of `hub`, just before that."""
+    open_control = canwire.Hub.open_control
+    with pytest.MonkeyPatch.context() as patch, ExitStack() as held:
+
+        def take_first(asking: canwire.Hub, board: int, line: int) -> canwire.Control:
+            patch.undo()
+            with open_control(hub, board, line) as control:
+                control.initialise(
+                    canwire.LineMode(canwire.BitTiming.for_bit_rate(500_000, clock_hz=80_000_000))
+                )
+                held.enter_context(hub.open_channel(board, line))
+                control.start()
+            return open_control(asking, board, line)
+
+        patch.setattr(canwire.Hub, "open_control", take_first)
+        yield
+
+
 def status_of(*words: str) -> int:
     """What `canwire WORDS` exits with, in this process."""
     try:

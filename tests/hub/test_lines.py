@@ -140,6 +140,20 @@ def test_a_running_line_that_does_not_suit_is_left_alone(hub: Hub, place: LinePl
         assert not place.status(hub).control_holder
 
 
+@pytest.mark.conforms("N-01")
+@pytest.mark.parametrize("runs", [True, False])
+def test_a_line_that_was_unused_is_left_to_who_uses_it_by_now(hub: Hub, place: LinePlace, runs: bool) -> None:
+    with hub.open_channel(place.board.id, place.line):
+        if runs:
+            start_line(hub, place, as_wanted(place)).close()
+        with pytest.raises(InUse, match=f"{place.address}: another program has begun to use this line"):
+            start_line(hub, place, as_wanted(place), unused=True)
+        assert place.status(hub).running == runs
+        assert not place.status(hub).control_holder
+    with start_line(hub, place, as_wanted(place), unused=True):
+        assert place.status(hub).running
+
+
 def test_what_cannot_be_set_up_is_not_held(hub: Hub, place: LinePlace) -> None:
     impossible = replace(as_wanted(place), standard=False, extended=False)
     for begin in (

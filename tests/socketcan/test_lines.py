@@ -9,7 +9,7 @@ import pytest
 import canwire
 from canwire import NoSuchBoard, Unplugged, WantedMode, every_line
 from canwire.socketcan.lines import channel_on, company_for, line_of
-from tests.hubs import left_meanwhile
+from tests.hubs import left_meanwhile, taken_meanwhile
 from tests.python_can.test_unplugged_meanwhile import Pulled
 
 
@@ -38,3 +38,19 @@ def test_whoever_had_the_line_running_may_leave_while_a_channel_is_opened() -> N
         assert place.status(hub).running
         assert place.status(hub).channels == 1
         second.close()
+
+
+def test_a_line_that_somebody_takes_meanwhile_is_not_chosen() -> None:
+    """Both programs would be one node on that bus, and nobody would acknowledge."""
+    with canwire.connect(time="virtual") as hub:
+        first, *others = canwire.find_lines(hub, "can0", "CAN")
+        with taken_meanwhile(hub):
+            place, control = line_of(hub, "can0", WantedMode())
+            assert place in others
+            assert control is not None
+            control.close()
+        with taken_meanwhile(hub):
+            company = company_for(hub, first, WantedMode())
+            assert company is not None
+            assert company[0] in others[1:]
+            company[1].close()

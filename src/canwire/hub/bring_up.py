@@ -57,15 +57,18 @@ def bring_up(
 
 
 @answers_wrong_calls
-def start_line(hub: Hub, place: LinePlace, mode: LineMode | None) -> Control:
+def start_line(hub: Hub, place: LinePlace, mode: LineMode | None, *, unused: bool = False) -> Control:
     """Take the line's control, set the line up (None: keep its settings) and start it.
 
     Raises InUse while another program has the control, and what `Control.initialise` and `Control.start` raise.
+    `unused`: the line was found to be unused, and InUse is raised if it runs or a program has a channel on it by now.
     """
     if not hasattr(place, "board"):
         raise TypeError(f"place {shown(place)}: must be LinePlace, one of find_lines(hub, name)")
     with ExitStack() as on_failure:
         control = on_failure.enter_context(hub.open_control(place.board.id, place.line))
+        if unused:
+            _check_unused(place, place.status(hub))
         _start(control, mode)
         on_failure.pop_all()
     return control
@@ -75,6 +78,11 @@ def _start(control: Control, mode: LineMode | None) -> None:
     if mode is not None:
         control.initialise(mode)
     control.start()
+
+
+def _check_unused(place: LinePlace, status: LineStatus) -> None:
+    if status.running or status.channels:
+        raise InUse(f"{place.address}: another program has begun to use this line")
 
 
 def _started_by_somebody(hub: Hub, place: LinePlace, refusal: InUse, patience_s: float) -> LineStatus:

@@ -118,7 +118,7 @@ def _on_bus(
     wanted = _as_others(hub, places, wanted)
     for place in unused_lines(hub, able):
         with suppress(InUse, NoSuchBoard, Unplugged):  # another program was faster
-            return place, start_line(hub, place, wanted.mode(place.info.capabilities))
+            return place, start_line(hub, place, wanted.mode(place.info.capabilities), unused=True)
     return _shared(hub, able, wanted)
 
 

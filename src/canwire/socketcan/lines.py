@@ -87,7 +87,7 @@ def line_of(hub: Hub, target: str, wanted: WantedMode) -> tuple[LinePlace, Contr
         places = able or places  # where a bus has lines that know CAN FD, its interface does
         for place in unused_lines(hub, places):
             with suppress(InUse):  # somebody was quicker
-                return place, start_line(hub, place, wanted.mode(place.info.capabilities))
+                return place, start_line(hub, place, wanted.mode(place.info.capabilities), unused=True)
         there = lines_now(hub, places)
         there.sort(key=lambda pair: pair[1].channels)
         places = [place for place, _ in there] or places
@@ -130,7 +130,7 @@ def company_for(hub: Hub, own: LinePlace, wanted: WantedMode) -> tuple[LinePlace
 
 
 def _kept_running(hub: Hub, place: LinePlace, wanted: WantedMode) -> Lease:
-    with start_line(hub, place, wanted.mode(place.info.capabilities)):
+    with start_line(hub, place, wanted.mode(place.info.capabilities), unused=True):
         return hub.keep_settings(place.board.id, place.line)
 
 
