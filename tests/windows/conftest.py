@@ -6,6 +6,7 @@ import fcntl
 import os
 import pty
 import re
+import select
 import subprocess
 import termios
 from collections.abc import Callable, Iterator
@@ -58,8 +59,8 @@ class Console:
 
     def end(self) -> int:
         """Its exit status, once it has ended by itself."""
-        while self._read():
-            pass
+        while read := self._read():
+            self._said += read
         return self.process.wait(LONG_S)
 
     def close(self) -> None:
@@ -69,6 +70,10 @@ class Console:
         os.close(self._shown)
 
     def _read(self) -> bytes:
+        if not select.select([self._shown], [], [], LONG_S)[0]:
+            raise AssertionError(
+                f"{self.process.args} says nothing more: {self._said.decode(errors='replace')}"
+            )
         try:
             return os.read(self._shown, 4096)
         except OSError:  # Linux' way to say that nobody has the other end any more

@@ -27,8 +27,8 @@ import glob
 import itertools
 import os
 import re
-import threading
 import time
+from contextlib import closing
 
 import canwire
 from canwire import BadValue, HubError, Recorder, RecordTriggers
@@ -90,8 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     not_if(arguments, restarts, "--for, --once and standard output")
     rotation = _rotation(arguments)
     seconds = None if arguments.span is None else _number("--for", arguments.span, _SPANS)
-    stop = threading.Event()
-    with signals_call(stop.set):
+    with closing(canwire.Event(manual_reset=True)) as stop, signals_call(stop.set):
         return going_on(arguments, lambda given: _record(given, rotation, seconds, triggers, stop))
 
 
@@ -109,7 +108,7 @@ def _record(
     rotation: tuple[int | None, float | None],
     seconds: float | None,
     triggers: RecordTriggers | None,
-    stop: threading.Event,
+    stop: canwire.Event,
 ) -> int:
     if stop.is_set():  # while the hub was away
         return 0
@@ -149,7 +148,7 @@ def _another(file: str) -> str:
 
 
 def _until_the_end(
-    arguments: argparse.Namespace, recorder: Recorder, seconds: float | None, stop: threading.Event
+    arguments: argparse.Namespace, recorder: Recorder, seconds: float | None, stop: canwire.Event
 ) -> None:
     """Raises what the recorder does: HubLost, OSError for a full disk."""
     end_s = None

@@ -47,7 +47,11 @@ def signals_raise() -> Iterator[None]:
 
 @contextmanager
 def signals_call(stop: Callable[[], object]) -> Iterator[None]:
-    """A context in which signals call `stop`, for a verb whose regular end is a signal."""
+    """A context in which signals call `stop`, for a verb whose regular end is a signal.
+
+    `stop` runs in the middle of what the main thread does. It must not need a lock which that may hold: canwire.Event's
+    `set` needs none, threading.Event's needs the one that its `wait` holds for moments.
+    """
 
     def end(number: int, frame: FrameType | None) -> None:
         stop()
