@@ -18,14 +18,17 @@ from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 from tests.hubs import LONG_S
 
 distributed = pytest.importorskip("distributed")
+dask = pytest.importorskip("dask")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own
 
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
     """Its scheduler blames at a worker's first death, and all that this worker had."""
-    # Dask sets PYTHONHASHSEED while it starts a worker, also one that is started again as all ends
-    with mock.patch.dict(os.environ), warnings.catch_warnings():
+    # Dask sets PYTHONHASHSEED while it starts a worker, also one that is started again as all ends. It gives
+    # up a worker that needs more than 15 s for that, with all that the worker has by then.
+    patient = dask.config.set({"distributed.deploy.lost-worker-timeout": f"{LONG_S}s"})
+    with mock.patch.dict(os.environ), warnings.catch_warnings(), patient:
         warnings.simplefilter("ignore")
         with distributed.LocalCluster(
             n_workers=2,

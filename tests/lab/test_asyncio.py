@@ -146,6 +146,37 @@ def test_bus_off_raises(lab: Lab, can_bus: LabBus) -> None:
     run(main())
 
 
+def test_bus_off_raises_where_the_loop_lets_time_pass(lab: Lab, can_bus: LabBus) -> None:
+    a, _ = can_bus.node("a"), can_bus.node("b")
+    can_bus.faults.flip(bit="dlc", times=32, seen_by="sender")
+    with pytest.raises(BusOff, match="can0/a: bus-off"):
+        lab.run(a.send_async(C04))
+
+
+def test_a_node_that_is_closed_ends_who_sends(can_bus: LabBus) -> None:
+    a, _ = can_bus.node("a"), can_bus.node("b")
+
+    async def main() -> None:
+        sending = asyncio.ensure_future(a.send_async(C04))
+        await asyncio.sleep(0)
+        a.close()
+        await sending
+
+    with pytest.raises(Closed, match="node a is closed"):
+        run(main())
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_closed_loop_with_a_task_that_waits_disturbs_nobody(lab: Lab, can_bus: LabBus) -> None:
+    a, b = can_bus.node("a"), can_bus.node("b")
+    loop = asyncio.new_event_loop()
+    waiting = loop.create_task(b.receive_async())
+    loop.run_until_complete(asyncio.sleep(0.001))
+    loop.close()
+    a.send(C04)
+    assert (b.receive(timeout=1.0), lab.waiters, waiting.done()) == (C04, {}, False)
+
+
 def test_cancelled_frames_raise_whether_in_the_controller_or_in_the_queue(lab: Lab, can_bus: LabBus) -> None:
     a, b = can_bus.node("a"), can_bus.node("b")
 

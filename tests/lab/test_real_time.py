@@ -6,11 +6,11 @@ import asyncio
 import itertools
 import statistics
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
-from canwire import Frame, Lab, NodeScript
+from canwire import BusOff, Frame, Lab, NodeScript
 
 pytestmark = [pytest.mark.core, pytest.mark.realtime]
 
@@ -148,6 +148,43 @@ def test_asyncio(real: Lab) -> None:
     end_ns, frame = asyncio.run(main())
     assert frame is not None
     assert (frame, frame.timestamp_ns) == (C04, end_ns)
+
+
+class LateWaiters(dict["asyncio.Future[None]", int]):
+    """Of a lab whose tasks begin to wait only once there is nothing more to wait for."""
+
+    def __init__(self, over: Callable[[], bool]) -> None:
+        self.over = over
+
+    def __setitem__(self, waiter: asyncio.Future[None], deadline_ns: int) -> None:
+        while not self.over():
+            pass
+        super().__setitem__(waiter, deadline_ns)
+
+
+@pytest.mark.parametrize("waits", ["send", "receive"])
+def test_asyncio_hears_of_what_happens_before_it_waits(real: Lab, waits: str) -> None:
+    """The buses run meanwhile, in another thread."""
+    bus = real.can_bus(bit_rate=10_000)  # 6.2 ms a frame
+    a, b = bus.node("a"), bus.node("b")
+    real.waiters = LateWaiters(lambda: (a.delivered, b.waiting) == (1, 1))
+
+    async def main() -> None:
+        if waits == "send":
+            await a.send_async(C04)
+        else:
+            a.send(C04)
+            assert await b.receive_async() == C04
+
+    asyncio.run(asyncio.wait_for(main(), AGES))
+
+
+def test_asyncio_hears_of_bus_off(real: Lab) -> None:
+    bus = real.can_bus()
+    a, _ = bus.node("a"), bus.node("b")
+    bus.faults.flip(bit="dlc", times=32, seen_by="sender")
+    with pytest.raises(BusOff, match="can0/a: bus-off"):
+        asyncio.run(asyncio.wait_for(a.send_async(C04), AGES))
 
 
 def test_asyncio_timeout(real: Lab) -> None:

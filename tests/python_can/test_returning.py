@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import can
 import pytest
@@ -166,14 +167,25 @@ def test_a_periodic_task_that_ends_in_the_meantime(tmp_path: Path, closing: Exit
         closing.close()
 
 
-def test_shutdown_while_the_hub_is_away(tmp_path: Path, closing: ExitStack) -> None:
+def test_shutdown_while_the_hub_is_away(
+    tmp_path: Path, closing: ExitStack, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with served_here(tmp_path, CONFIG, time="real") as address:
         bus = opened(closing, address)
+    until(lambda: bus.missed.times == 1, bus)
     got: list[can.Message | None] = []
+    waits = threading.Event()
+    changed = bus._returning._changed  # type: ignore[union-attr]
+    wait_for = changed.wait_for
+
+    def wait(*condition: Any) -> Any:
+        waits.set()  # with the lock, which shutdown needs
+        return wait_for(*condition)
+
+    monkeypatch.setattr(changed, "wait_for", wait)
     waiting = threading.Thread(target=lambda: got.append(bus.recv()))
     waiting.start()
-    until(lambda: bus.missed.times == 1, bus)
-    assert waiting.is_alive()
+    assert waits.wait(LONG)
     bus.shutdown()
     waiting.join(LONG)
     assert got == [None]

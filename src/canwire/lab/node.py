@@ -79,7 +79,7 @@ class BenchNode(Generic[FrameT, BusT]):
                 frame = self._take()
                 if frame is not None or self.time.now_ns >= deadline_ns:
                     return frame
-                await self.time.turn(deadline_ns)
+                await self.time.turn(deadline_ns, lambda: self._closed or self._ring.fill() > 0)
 
     async def __aiter__(self) -> AsyncIterator[FrameT]:
         while not self._closed:

@@ -210,13 +210,15 @@ class LabTime:
                 return ready()
         return True
 
-    async def turn(self, deadline_ns: int) -> None:
+    async def turn(self, deadline_ns: int, ready: Callable[[], bool] = lambda: False) -> None:
         """Let other tasks run; if none of them does anything, let time pass until the next event."""
         import asyncio
 
         waiter = asyncio.get_running_loop().create_future()
         self.waiters[waiter] = deadline_ns
         try:
+            if ready():  # the engine was quicker, and tells nobody a second time
+                return
             for _ in range(3):
                 await asyncio.sleep(0)
                 if waiter.done():
@@ -227,9 +229,13 @@ class LabTime:
 
     def active(self) -> None:
         """Wake the waiting tasks: something has happened."""
-        if self.waiters:
-            for waiter in list(self.waiters):
+        for waiter in list(self.waiters) if self.waiters else ():
+            try:
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
+            except RuntimeError:
+                if not waiter.get_loop().is_closed():
+                    raise
+                self.waiters.pop(waiter, None)  # of a task that never continues
 
     def keeper(self) -> Keeper | None:
         """For canwire.in_time: the object that lets time pass, or None in real time."""

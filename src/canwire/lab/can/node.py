@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 BusT = TypeVar("BusT")
 _EVENT_QUEUE = 4096
+_STATES = 16
 _ALL_EVENTS = frozenset(int(kind) for kind in EventKind)
 
 
@@ -56,6 +57,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         Sending.__init__(self, time, line, channel, self_reception)
         self.settings = settings
         self._events: Channel | None = None
+        self._states: Channel | None = None
         line.controller.name = name
         line.open(channel)
 
@@ -113,13 +115,11 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
             self.time.active()
 
         with self.time.touch():
+            self._hear_states()
             self.line.send(self._channel, frame, flags, 0)
             self._channel.expect_outcome(high_priority, settle)
         self.time.active()
-        while not outcome:
-            if self.state is ErrorState.BUS_OFF:
-                raise BusOff(self.line.name)
-            await self.time.turn(NEVER)
+        await self._until(lambda: bool(outcome))
         delivered, at_ns = outcome[0]
         if not delivered:
             raise NotTransmitted(self.line.name, frame, "single shot failed or it was cancelled")
@@ -256,6 +256,27 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
 
     def __repr__(self) -> str:
         return f"<node {self.line.name}: {self.state.name}, TEC {self.tec}, REC {self.rec}>"
+
+    def _hear_states(self) -> None:
+        """From now on, tasks that wait are woken when the state changes."""
+        if self._states is None:
+            self._states = Channel(_STATES, 0, frames=False, events=frozenset({int(EventKind.STATE)}))
+            self._states.receive.listener = self.time.active
+            self.line.open(self._states)
+
+    async def _until(self, settled: Callable[[], bool]) -> None:
+        """Wait for it; raises BusOff if the node leaves the bus, Closed if it is closed before."""
+
+        def changed() -> bool:
+            return settled() or self._closed or self.state is ErrorState.BUS_OFF
+
+        while not settled():
+            self._check_open()
+            if self.state is ErrorState.BUS_OFF:
+                raise BusOff(self.line.name)
+            assert self._states is not None
+            self._states.receive.clear()  # whose listener hears of the first one in an empty queue
+            await self.time.turn(NEVER, changed)
 
     @property
     def _driver(self) -> Driver:
