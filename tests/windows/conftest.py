@@ -58,9 +58,13 @@ class Console:
         os.write(self._shown, keys)
 
     def end(self) -> int:
-        """Its exit status, once it has ended by itself."""
-        while read := self._read():
-            self._said += read
+        """Its exit status, once it has ended by itself; what shows its console may stay a while longer."""
+        ended = os.pidfd_open(self.process.pid)
+        try:
+            while ended not in self._ready(ended):
+                self._said += self._read()
+        finally:
+            os.close(ended)
         return self.process.wait(LONG_S)
 
     def close(self) -> None:
@@ -70,14 +74,18 @@ class Console:
         os.close(self._shown)
 
     def _read(self) -> bytes:
-        if not select.select([self._shown], [], [], LONG_S)[0]:
-            raise AssertionError(
-                f"{self.process.args} says nothing more: {self._said.decode(errors='replace')}"
-            )
+        self._ready()
         try:
             return os.read(self._shown, 4096)
         except OSError:  # Linux' way to say that nobody has the other end any more
             return b""
+
+    def _ready(self, *others: int) -> list[int]:
+        """Those of these and of what is shown that can be read; waits for the first."""
+        found, _, _ = select.select([self._shown, *others], [], [], LONG_S)
+        if not found:
+            raise AssertionError(f"{self.process.args} says no more: {self._said.decode(errors='replace')}")
+        return found
 
 
 def _ended(said: bytes, text: str) -> bytes:
