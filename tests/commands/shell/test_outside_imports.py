@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import importlib
 import os
 import signal
@@ -18,6 +19,7 @@ import pytest
 from canwire.commands.shell import outside_imports
 from canwire.commands.shell.outside_imports import signals_outside_imports
 from canwire.commands.shell.parser import Help, Parser
+from canwire.hub.protocol import messages
 from canwire.values import frozen
 
 pytestmark = pytest.mark.finding("faults 10")
@@ -223,6 +225,33 @@ def test_a_class_that_msgspec_asks_for_its_fields_is_finished_first(monkeypatch:
         signals_outside_imports(lambda: reached.append(msgspec.msgpack.encode(mode)))
     assert reached == []
     assert msgspec.msgpack.encode(mode) == b"\x81\xa4size\x01"
+
+
+class _AskedAt(enum.EnumMeta):
+    def __getattr__(cls, name: str) -> Any:
+        if name == "__msgspec_cache__":
+            os.kill(os.getpid(), signal.SIGINT)
+        raise AttributeError(name)
+
+
+class _Colour(enum.Enum, metaclass=_AskedAt):
+    RED = 1
+
+
+@pytest.mark.usefixtures("interrupts")
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+def test_a_message_is_encoded_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """msgspec forgot Ctrl-C where it asks an enumeration for what it may lack: `canwire dump` continued."""
+    decoder, encoded = messages._requests_of, list[bytes]()
+
+    def made(kind: type) -> Any:
+        msgspec.msgpack.Decoder(_Colour)
+        return decoder(kind)
+
+    monkeypatch.setattr(messages, "_requests_of", made)
+    with pytest.raises(KeyboardInterrupt):
+        signals_outside_imports(lambda: encoded.append(messages.encode_request(1, messages.Hello(1, 2, "a"))))
+    assert encoded == []
 
 
 @pytest.mark.usefixtures("interrupts")

@@ -2,6 +2,7 @@
 
 The same applies while an attribute of a class is made at its first use (values/frozen.py): msgspec asks for such an
 attribute, takes any exception for its absence, and reports that it cannot encode the object. The signal would be lost.
+It would be lost, too, where msgspec looks at the values of an enumeration, as a message to the hub is first used.
 It applies to argparse, too, which changes its parser for a while and, if it is interrupted, fails to change it back.
 
 An exception in the import system's own code can leave a module's lock taken, and the next import then waits for the
@@ -30,7 +31,7 @@ Handler = Callable[[int, "FrameType | None"], Any]
 
 PATIENCE_S = 1.0
 _MACHINERY = "<frozen importlib"
-_FINISHED_FIRST = ("canwire.values.frozen", "argparse")
+_FINISHED_FIRST = ("canwire.values.frozen", "canwire.hub.protocol.messages", "argparse")
 
 
 def signals_outside_imports(call: Callable[[], Result]) -> Result:
