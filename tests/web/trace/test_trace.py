@@ -284,6 +284,25 @@ def test_one_row_for_each_identifier_counts_and_marks_what_changed(
         assert marked != ["07"]
 
 
+def test_a_chosen_row_that_has_gone_out_of_sight_is_marked(
+    browser: Browser, site: Site, hub: canwire.Hub
+) -> None:
+    """New rows go on coming until the server has said what is in the chosen one; then "m" did nothing."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        page.route("**/trace/row*", lambda route: None)  # no answer
+        channel.send(Frame(0x101), timeout=LONG_S)
+        row = page.locator("#body .trace-row .c-id", has_text="101")
+        row.click()
+        for _ in range(200):
+            channel.send(Frame(0x200), timeout=LONG_S)
+        page.locator("#shown", has_text="201").wait_for()
+        row.wait_for(state="detached")
+        page.keyboard.press("m")
+        page.get_by_role("button", name="Next mark").click()
+        page.locator("#body .trace-row.marked[aria-selected=true] .c-id", has_text="101").wait_for()
+
+
 @pytest.mark.finding("page 13")
 def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address

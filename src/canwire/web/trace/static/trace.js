@@ -18,7 +18,7 @@ import { Viewing } from "/static/trace/viewing.js";
 
 const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);
-const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null };
+const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null, selected: {} };
 const marks = new Marks();
 const names = new Names(() => columns());
 let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
@@ -66,7 +66,9 @@ function placeOf(index) {
 
 function fill(row, index) {
   const shown = { texts, marks, columns: state.columns, signals: viewing.head?.signals, byFrame: byFrame() };
-  fillRow(row, rows, placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
+  const place = placeOf(index);
+  if (index === list.selected && rows.has(place)) state.selected = { place, number: rows.number(place) };
+  fillRow(row, rows, place, shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
 function draw() {
@@ -110,6 +112,7 @@ function setMode(mode) {
   element("mode-time").setAttribute("aria-pressed", String(mode === "time"));
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
+  state.selected = {};
   list.begin(mode === "time" && !state.paused);
   rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
@@ -166,6 +169,7 @@ function search(text, step) {
 
 const filter = new FilterField((look) => {
   list.selected = -1;
+  state.selected = {};
   list.setFollow(!byFrame() && !state.paused);
   viewing.change(look);
 });
@@ -217,16 +221,23 @@ element("opened").addEventListener("click", (event) => {
   if (signal && state.frame) plots.add({ ...state.frame, signal: signal.dataset.signal });
 });
 
-function toggleMark(index) {
+/** Of a row that was drawn, or of the selected one, which may have gone out of sight meanwhile; -1 where it is not known. */
+function numberOf(index) {
+  if (index < 0) return -1;
   const place = placeOf(index);
-  if (!rows.has(place)) return;
-  marks.toggle(rows.number(place));
+  if (rows.has(place)) return rows.number(place);
+  return state.selected.place === place ? state.selected.number : -1;
+}
+
+function toggleMark(index) {
+  const number = numberOf(index);
+  if (number < 0) return;
+  marks.toggle(number);
   draw();
 }
 
 function nextMark(step) {
-  const place = list.selected < 0 ? -1 : placeOf(list.selected);
-  const near = marks.next(rows.has(place) ? rows.number(place) : -1, step);
+  const near = marks.next(numberOf(list.selected), step);
   if (near === null) say(word("trace.no-marks"), true);
   else {
     list.setFollow(false);
