@@ -21,7 +21,7 @@ from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, Locator, Page
 
 
 @pytest.mark.conforms("PG-01", "PG-02")
@@ -284,6 +284,14 @@ def test_one_row_for_each_identifier_counts_and_marks_what_changed(
         assert marked != ["07"]
 
 
+def send_out_of_sight(channel: canwire.HubChannel, page: Page, row: Locator) -> None:
+    """Send so much that this one is above what is seen."""
+    for _ in range(200):
+        channel.send(Frame(0x200), timeout=LONG_S)
+    page.locator("#shown", has_text="201").wait_for()
+    row.wait_for(state="detached")
+
+
 def test_a_chosen_row_that_has_gone_out_of_sight_is_marked(
     browser: Browser, site: Site, hub: canwire.Hub
 ) -> None:
@@ -294,13 +302,23 @@ def test_a_chosen_row_that_has_gone_out_of_sight_is_marked(
         channel.send(Frame(0x101), timeout=LONG_S)
         row = page.locator("#body .trace-row .c-id", has_text="101")
         row.click()
-        for _ in range(200):
-            channel.send(Frame(0x200), timeout=LONG_S)
-        page.locator("#shown", has_text="201").wait_for()
-        row.wait_for(state="detached")
+        send_out_of_sight(channel, page, row)
         page.keyboard.press("m")
         page.get_by_role("button", name="Next mark").click()
         page.locator("#body .trace-row.marked[aria-selected=true] .c-id", has_text="101").wait_for()
+
+
+def test_the_menu_of_a_row_that_has_gone_out_of_sight(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    """Its row goes on while somebody reads it."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        channel.send(Frame(0x101), timeout=LONG_S)
+        row = page.locator("#body .trace-row .c-id", has_text="101")
+        row.click(button="right")
+        send_out_of_sight(channel, page, row)
+        page.get_by_role("menuitem", name="Only this").click()
+        row.wait_for()
+        assert page.locator("#filter").input_value() == "id:101"
 
 
 @pytest.mark.finding("page 13")

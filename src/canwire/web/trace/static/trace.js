@@ -18,7 +18,7 @@ import { Viewing } from "/static/trace/viewing.js";
 
 const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);
-const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null, selected: {} };
+const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null, selected: null };
 const marks = new Marks();
 const names = new Names(() => columns());
 let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
@@ -66,9 +66,8 @@ function placeOf(index) {
 
 function fill(row, index) {
   const shown = { texts, marks, columns: state.columns, signals: viewing.head?.signals, byFrame: byFrame() };
-  const place = placeOf(index);
-  if (index === list.selected && rows.has(place)) state.selected = { place, number: rows.number(place) };
-  fillRow(row, rows, place, shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
+  if (index === list.selected) state.selected = known(index);
+  fillRow(row, rows, placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
 function draw() {
@@ -112,7 +111,7 @@ function setMode(mode) {
   element("mode-time").setAttribute("aria-pressed", String(mode === "time"));
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
-  state.selected = {};
+  state.selected = null;
   list.begin(mode === "time" && !state.paused);
   rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
@@ -169,7 +168,7 @@ function search(text, step) {
 
 const filter = new FilterField((look) => {
   list.selected = -1;
-  state.selected = {};
+  state.selected = null;
   list.setFollow(!byFrame() && !state.paused);
   viewing.change(look);
 });
@@ -221,23 +220,22 @@ element("opened").addEventListener("click", (event) => {
   if (signal && state.frame) plots.add({ ...state.frame, signal: signal.dataset.signal });
 });
 
-/** Of a row that was drawn, or of the selected one, which may have gone out of sight meanwhile; -1 where it is not known. */
-function numberOf(index) {
-  if (index < 0) return -1;
+/** What is known of a row in sight, or of the selected one, which may have gone out of sight meanwhile; else null. */
+function known(index) {
   const place = placeOf(index);
-  if (rows.has(place)) return rows.number(place);
-  return state.selected.place === place ? state.selected.number : -1;
+  if (rows.has(place)) return { place, number: rows.number(place), id: rows.idText(place) };
+  return state.selected?.place === place ? state.selected : null;
 }
 
 function toggleMark(index) {
-  const number = numberOf(index);
-  if (number < 0) return;
-  marks.toggle(number);
+  const row = known(index);
+  if (!row) return;
+  marks.toggle(row.number);
   draw();
 }
 
 function nextMark(step) {
-  const near = marks.next(numberOf(list.selected), step);
+  const near = marks.next(known(list.selected)?.number ?? -1, step);
   if (near === null) say(word("trace.no-marks"), true);
   else {
     list.setFollow(false);
@@ -246,12 +244,11 @@ function nextMark(step) {
 }
 
 menu(element("body"), element("row-menu"), (index) => list.select(index, false), (what, index) => {
-  const place = placeOf(index);
-  if (!rows.has(place)) return;
+  const id = known(index)?.id;
   if (what === "mark") toggleMark(index);
   else if (what === "open") open(index);
-  else if (rows.idText(place)) {
-    const part = `id:${rows.idText(place)}`;
+  else if (id) {
+    const part = `id:${id}`;
     const before = element("filter").value.trim();
     filter.set(what === "only" ? part : [before, `!${part}`].filter(Boolean).join(", "), true);
   }
