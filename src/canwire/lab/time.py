@@ -28,6 +28,10 @@ _CHUNK_NS = 100_000_000
 _UNSHARED: AbstractContextManager[None] = contextlib.nullcontext()
 
 
+def _never() -> bool:
+    return False
+
+
 class LabTime:
     """The part of a lab that its buses and nodes use.
 
@@ -210,7 +214,7 @@ class LabTime:
                 return ready()
         return True
 
-    async def turn(self, deadline_ns: int, ready: Callable[[], bool] = lambda: False) -> None:
+    async def turn(self, deadline_ns: int, ready: Callable[[], bool] = _never) -> None:
         """Let other tasks run; if none of them does anything, let time pass until the next event."""
         import asyncio
 
@@ -229,7 +233,7 @@ class LabTime:
 
     def active(self) -> None:
         """Wake the waiting tasks: something has happened."""
-        for waiter in list(self.waiters) if self.waiters else ():
+        for waiter in list(self.waiters):
             try:
                 waiter.get_loop().call_soon_threadsafe(_resolve, waiter)
             except RuntimeError:
@@ -293,7 +297,3 @@ class LabTime:
 def _resolve(waiter: asyncio.Future[None]) -> None:
     if not waiter.done():
         waiter.set_result(None)
-
-
-def _never() -> bool:
-    return False

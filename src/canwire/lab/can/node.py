@@ -13,6 +13,7 @@ from canwire.errors import BusOff, NotTransmitted
 from canwire.lab.node import BenchNode
 from canwire.lab.selection import FRAMES
 from canwire.lab.time import LabTime
+from canwire.ring import Ring
 from canwire.timeline import NEVER
 from canwire.values.acceptance import Acceptance
 from canwire.values.arguments import unknown_argument
@@ -57,7 +58,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
         Sending.__init__(self, time, line, channel, self_reception)
         self.settings = settings
         self._events: Channel | None = None
-        self._states: Channel | None = None
+        self._states: Ring | None = None
         line.controller.name = name
         line.open(channel)
 
@@ -115,11 +116,11 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
             self.time.active()
 
         with self.time.touch():
-            self._hear_states()
+            states = self._heard_states()
             self.line.send(self._channel, frame, flags, 0)
             self._channel.expect_outcome(high_priority, settle)
         self.time.active()
-        await self._until(lambda: bool(outcome))
+        await self._until(lambda: bool(outcome), states)
         delivered, at_ns = outcome[0]
         if not delivered:
             raise NotTransmitted(self.line.name, frame, "single shot failed or it was cancelled")
@@ -257,14 +258,15 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
     def __repr__(self) -> str:
         return f"<node {self.line.name}: {self.state.name}, TEC {self.tec}, REC {self.rec}>"
 
-    def _hear_states(self) -> None:
-        """From now on, tasks that wait are woken when the state changes."""
+    def _heard_states(self) -> Ring:
+        """The queue of what becomes of the node's state; the first one in an empty queue wakes the tasks that wait."""
         if self._states is None:
-            self._states = Channel(_STATES, 0, frames=False, events=frozenset({int(EventKind.STATE)}))
-            self._states.receive.listener = self.time.active
-            self.line.open(self._states)
+            channel = Channel(_STATES, 0, frames=False, events=frozenset({int(EventKind.STATE)}))
+            channel.receive.listener = self.time.active
+            self._states = self.line.open(channel).receive
+        return self._states
 
-    async def _until(self, settled: Callable[[], bool]) -> None:
+    async def _until(self, settled: Callable[[], bool], states: Ring) -> None:
         """Wait for it; raises BusOff if the node leaves the bus, Closed if it is closed before."""
 
         def changed() -> bool:
@@ -274,8 +276,7 @@ class CanBenchNode(BenchNode[Frame, BusT], Sending):
             self._check_open()
             if self.state is ErrorState.BUS_OFF:
                 raise BusOff(self.line.name)
-            assert self._states is not None
-            self._states.receive.clear()  # whose listener hears of the first one in an empty queue
+            states.clear()
             await self.time.turn(NEVER, changed)
 
     @property
