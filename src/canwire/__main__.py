@@ -14,7 +14,7 @@ def main() -> int:
     """
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored: to be left alone
     if ours:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        _leave_to_system()
     from canwire.commands import main as run
 
     try:
@@ -25,7 +25,23 @@ def main() -> int:
         return 128 + signal.SIGINT
     finally:
         if ours:
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            _leave_to_system()
+
+
+def _leave_to_system() -> None:
+    """Have the system handle Ctrl-C from now on, also if it comes at this moment.
+
+    Python would drop a signal that comes before the change and is handled after it ("ignored due to race condition").
+    """
+    if sys.platform == "win32":
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 if __name__ == "__main__":

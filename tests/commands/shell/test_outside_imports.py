@@ -114,6 +114,27 @@ def test_ctrl_c_after_any_time(hub_address: str, tmp_path: Path, words: str, als
         assert [name for name in os.listdir(folder) if not name.endswith(".lock")] == []
 
 
+AT_THE_CHANGE = """
+import os, signal, sys
+from canwire.__main__ import main
+
+def change(number, handler):
+    if handler is signal.SIG_DFL:
+        os.kill(os.getpid(), signal.SIGINT)
+    return changed(number, handler)
+
+changed, signal.signal = signal.signal, change
+sys.exit(main())
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
+def test_ctrl_c_as_the_system_takes_it_over() -> None:
+    """Python dropped it: `canwire serve` said "Signal 2 ignored due to race condition", and ran on."""
+    ended = subprocess.run([sys.executable, "-c", AT_THE_CHANGE, "devices"], capture_output=True, timeout=60)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, b"", b"")
+
+
 def machinery(text: str) -> dict[str, Callable[[], object]]:
     """Functions as the import system's own: frozen code of that name."""
     found: dict[str, Callable[[], object]] = {}
