@@ -159,6 +159,7 @@ def test_a_hub_that_is_silent_for_a_while_ends_no_program_that_keeps_its_time() 
         with Hub(link) as hub:
             hub.keep_time("b")
             assert silent.is_set()
+            link._patience = Patience(call_s=LONG_S)
             assert hub.now_ns() == 0
         made.end()
 

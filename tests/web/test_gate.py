@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
@@ -176,8 +177,9 @@ def test_half_a_request_is_let_go(steady: Site, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(patience, "HEAD_S", 0.05)
     with socket.create_connection(("127.0.0.1", steady.port), LONG_S) as half:
         half.sendall(sent.replace(b"{host}", f"127.0.0.1:{steady.port}".encode()))
-        while half.recv(65_536):
-            pass
+        with suppress(ConnectionResetError):  # on a busy machine it was let go before it said anything
+            while half.recv(65_536):
+                pass
 
 
 def connected_within(

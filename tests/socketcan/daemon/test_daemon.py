@@ -240,7 +240,7 @@ def test_a_bus_that_goes_down_ends_its_clients(hub: Hub, client: Client) -> None
 
 @pytest.fixture
 def impatient(hub: Hub, closing: ExitStack, said: list[str]) -> Daemon:
-    made = Daemon(hub, ("127.0.0.1", 0), WantedMode(), 0, said.append, greeting_s=0.05)
+    made = Daemon(hub, ("127.0.0.1", 0), WantedMode(), 0, said.append, greeting_s=0.5)
     stop = closing.enter_context(contextlib.closing(Event(manual_reset=True)))
     thread = threading.Thread(target=made.run, args=(stop,))
     thread.start()
@@ -254,7 +254,7 @@ def test_a_client_that_opens_no_bus_is_closed(impatient: Daemon, text: str) -> N
     client = Client(impatient)
     client.say(text)
     heard = [client.heard() for _ in range(3 if text.endswith(">") else 2)]
-    assert heard[-2:] == ["< error no bus opened within 0.05 seconds >", ""]
+    assert heard[-2:] == ["< error no bus opened within 0.5 seconds >", ""]
     client.close()
 
 
