@@ -55,16 +55,34 @@ def repeated(tests: list[str], times: int, copies: int, folder: Path) -> Counter
     failed: Counter[str] = Counter()
     for turn in range(times):
         with ExitStack() as stack:
-            running = {}
-            for copy in range(copies):
-                name = f"{turn}-{copy}"
-                output = stack.enter_context((folder / f"{name}.txt").open("wb"))
-                command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={folder / name}", *tests]
-                started = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
-                running[name] = stack.enter_context(_ended(started))
+            names = [folder / f"{turn}-{copy}" for copy in range(copies)]
+            running = {name: stack.enter_context(_run(tests, name)) for name in names}
             for name, process in running.items():
-                failed.update(failures(folder / name, process.wait()))
+                failed.update(failures(name, process.wait()))
     return failed
+
+
+@contextmanager
+def _run(tests: list[str], name: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A run with a cache at `name` and its output beside it.
+
+    Its tests' files are elsewhere, as the paths of sockets have to be short, and apart from other runs': pytest removes
+    what earlier runs have left, and fails where another one does that at the same moment.
+    """
+    command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={name}", *tests]
+    with (
+        tempfile.TemporaryDirectory(prefix="s", ignore_cleanup_errors=True) as place,
+        name.with_suffix(".txt").open("wb") as output,
+        _ended(
+            subprocess.Popen(
+                command,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTEST_DEBUG_TEMPROOT": place},
+            )
+        ) as process,
+    ):
+        yield process
 
 
 def table(failed: Counter[str], runs: int) -> str:

@@ -58,6 +58,18 @@ def test_nothing_failed(flaky: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "::" not in capsys.readouterr().out
 
 
+def test_copies_share_no_temporary_folder(flaky: Path) -> None:
+    """One of ten that ended at the same moment failed, since pytest removed a folder that another one did, too."""
+    flaky.write_text(
+        "import os\n"
+        "from pathlib import Path\n"
+        "def test_says_where(tmp_path):\n"
+        "    Path(__file__).with_name(f'seen-{os.getpid()}').write_text(str(tmp_path.parents[2]))\n"
+    )
+    assert stress.main([str(flaky), "--times", "1", "--copies", "2", "--loops", "0"]) == 0
+    assert len({seen.read_text() for seen in flaky.parent.glob("seen-*")}) == 2
+
+
 def test_a_run_without_results_has_failed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert stress.main([str(tmp_path / "not_there.py"), "--times", "1", "--loops", "0"]) == 1
     assert "| 1 | (the run itself: pytest ended with status 4) |" in capsys.readouterr().out
