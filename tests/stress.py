@@ -55,24 +55,24 @@ def repeated(tests: list[str], times: int, copies: int, folder: Path) -> Counter
     failed: Counter[str] = Counter()
     for turn in range(times):
         with ExitStack() as stack:
-            names = [folder / f"{turn}-{copy}" for copy in range(copies)]
-            running = {name: stack.enter_context(_run(tests, name)) for name in names}
-            for name, process in running.items():
-                failed.update(failures(name, process.wait()))
+            caches = [folder / f"{turn}-{copy}" for copy in range(copies)]
+            running = {cache: stack.enter_context(_run(tests, cache)) for cache in caches}
+            for cache, process in running.items():
+                failed.update(failures(cache, process.wait()))
     return failed
 
 
 @contextmanager
-def _run(tests: list[str], name: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A run with a cache at `name` and its output beside it.
+def _run(tests: list[str], cache: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A run of pytest with this cache, and its output in a file beside it.
 
     Its tests' files are elsewhere, as the paths of sockets have to be short, and apart from other runs': pytest removes
     what earlier runs have left, and fails where another one does that at the same moment.
     """
-    command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={name}", *tests]
+    command = [sys.executable, "-m", "pytest", "-q", "-o", f"cache_dir={cache}", *tests]
     with (
         tempfile.TemporaryDirectory(prefix="s", ignore_cleanup_errors=True) as place,
-        name.with_suffix(".txt").open("wb") as output,
+        cache.with_suffix(".txt").open("wb") as output,
         _ended(
             subprocess.Popen(
                 command,
