@@ -7,7 +7,9 @@ import gc
 import os
 import signal
 from collections.abc import Generator, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -18,6 +20,13 @@ from tests.effort import register_profiles
 from tests.hubs import runs
 
 register_profiles()
+
+# what a user has chosen for programs: a hub, its configuration, the name and time of programs, python-can's usual bus
+for _chosen in (
+    *(f"CANWIRE_{name}" for name in ("HUB", "CONFIG", "NAME", "TIMED", "NETWORK", "SOCKETCAN")),
+    *(f"CAN_{name}" for name in ("INTERFACE", "CHANNEL", "BITRATE", "CONFIG")),
+):
+    os.environ.pop(_chosen, None)
 
 # programs in C leave no warm process behind: tests/native/test_warm.py
 os.environ.setdefault("CANWIRE_HELPER_STAYS", "0")
@@ -102,8 +111,12 @@ def python_can_without_mf4(tmp_path_factory: pytest.TempPathFactory, monkeypatch
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _state_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Nothing that tests leave behind is found by a user's programs, nor the reverse."""
-    with pytest.MonkeyPatch.context() as patch:
+def _apart_from_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Nothing that tests leave behind is found by a user's programs, nor the reverse: no hub, no state."""
+    with ExitStack() as closing, pytest.MonkeyPatch.context() as patch:
+        sockets = os.environ.get("CANWIRE_TESTS_RUNTIME")  # by a test that looks at what is left there
+        if not sockets:  # a short path, as sockets need it
+            sockets = closing.enter_context(TemporaryDirectory(prefix="canwire-", ignore_cleanup_errors=True))
         patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        patch.setenv("XDG_RUNTIME_DIR", sockets)
         yield

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests import missing
 from tests.conftest import hear_signals
+from tests.hubs import LONG_S
 
 ENDS_ITSELF = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nprint('deaf')"
 
@@ -25,6 +28,51 @@ def test_programs_hear_signals_that_are_ignored_here() -> None:
     finally:
         signal.signal(signal.SIGINT, before)
     assert (ended.returncode, ended.stdout) == (-signal.SIGINT, "")
+
+
+CHOSEN = """
+import canwire, os
+def test_it_finds_a_hub_of_this_process_as_usual():
+    with canwire.connect() as hub:
+        assert hub.address == ""
+        assert hub.boards()
+"""
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_UNIX"), reason="hubs listen elsewhere there")
+def test_what_a_user_has_chosen_and_runs_is_not_there(tmp_path: Path) -> None:
+    """With CANWIRE_CONFIG set a thousand tests failed."""
+    root = Path(__file__).parent
+    (tmp_path / "test_chosen.py").write_text(CHOSEN)
+    with socket.socket(socket.AF_UNIX) as theirs:
+        theirs.bind(str(tmp_path / "canwire.sock"))
+        theirs.listen()
+        strange = {
+            "CANWIRE_CONFIG": "/not/there.toml",
+            "CANWIRE_HUB": "/not/there.sock",
+            "XDG_RUNTIME_DIR": str(tmp_path),
+        }
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-n",
+            "0",
+            "--rootdir",
+            str(tmp_path),
+        ]
+        done = subprocess.run(
+            [*command, "-c", os.devnull, "-p", "tests.conftest", str(tmp_path / "test_chosen.py")],
+            cwd=root.parent,
+            env={**os.environ, **strange},
+            capture_output=True,
+            text=True,
+            timeout=LONG_S,
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def skipped(reason: str) -> pytest.TestReport:

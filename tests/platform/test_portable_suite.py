@@ -51,7 +51,7 @@ LONGEST_S = 1800  # beside other work; ten seconds by itself
 @pytest.mark.timeout(2 * LONGEST_S)
 @pytest.mark.parametrize("part", PARTS)
 def test_the_links_and_handles_of_hubs(tmp_path: Path, part: str) -> None:
-    environment = os.environ | {"CANWIRE_PLATFORM": "portable", "XDG_RUNTIME_DIR": str(tmp_path)}
+    environment = os.environ | {"CANWIRE_PLATFORM": "portable", "CANWIRE_TESTS_RUNTIME": str(tmp_path)}
     tmp_path.chmod(0o700)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *PARTS[part]]
     done = subprocess.run(
