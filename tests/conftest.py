@@ -110,6 +110,14 @@ def python_can_without_mf4(tmp_path_factory: pytest.TempPathFactory, monkeypatch
     monkeypatch.setenv("PYTHONPATH", without_asammdf(tmp_path_factory.mktemp("cold")), prepend=os.pathsep)
 
 
+@pytest.fixture
+def ctrl_c() -> Iterator[None]:
+    """SIGINT is Ctrl-C in this process, also where the tests were started without it, as by a script's `&`."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _apart_from_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Nothing that tests leave behind is found by a user's programs, nor the reverse: no hub, no state."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import _thread
 import signal
 import threading
-from collections.abc import Iterator
 
 import pytest
 
@@ -24,13 +23,6 @@ class Press:
     """`Press()[number]` sends this signal; unlike a call, it leaves no moment to Python for handling it."""
 
     __getitem__ = _thread.interrupt_main
-
-
-@pytest.fixture
-def ctrl_c() -> Iterator[None]:
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @compiled_only

@@ -161,6 +161,7 @@ def test_a_full_disk_leaves_what_was_there(target: Path, long: Path, small_files
 
 
 @pytest.mark.parametrize("when", [lambda: interrupt, _Once], ids=["first", "second"])
+@pytest.mark.usefixtures("ctrl_c")
 def test_control_c_leaves_what_was_there(target: Path, long: Path, when: Any) -> None:
     with pytest.raises(KeyboardInterrupt):
         convert_log(long, target, only=when())

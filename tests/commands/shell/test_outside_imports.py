@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +152,7 @@ def take(done):
 """
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 def test_the_import_systems_own_code_is_never_interrupted() -> None:
     done: list[object] = []
     take = machinery(LOCK)["take"]
@@ -164,14 +164,6 @@ def test_the_import_systems_own_code_is_never_interrupted() -> None:
     with pytest.raises(KeyboardInterrupt):
         signals_outside_imports(work)
     assert done == ["taken", 0, 1, 2, "given back"]
-
-
-@pytest.fixture
-def interrupts() -> Iterator[None]:
-    """SIGINT is Ctrl-C in this process, also where the tests were started without it, as by a script's `&`."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
@@ -189,7 +181,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return name
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 def test_an_import_is_finished_first(module: str) -> None:
     reached: list[str] = []
     with pytest.raises(KeyboardInterrupt):
@@ -198,7 +190,7 @@ def test_an_import_is_finished_first(module: str) -> None:
     assert reached == []  # and not a line later
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 def test_one_that_takes_long_is_not(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(outside_imports, "PATIENCE_S", 0.0)
     with pytest.raises(KeyboardInterrupt):
@@ -229,7 +221,7 @@ class _Mode:
     size: int = 1
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
 def test_a_class_that_msgspec_asks_for_its_fields_is_finished_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """msgspec takes Ctrl-C there for "it has no fields": `acan wct` ended with "Encoding ... is unsupported", 2."""
@@ -259,7 +251,7 @@ class _Colour(enum.Enum, metaclass=_AskedAt):
     RED = 1
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
 def test_a_message_is_encoded_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """msgspec forgot Ctrl-C where it asks an enumeration for what it may lack: `canwire dump` continued."""
@@ -275,7 +267,7 @@ def test_a_message_is_encoded_first(monkeypatch: pytest.MonkeyPatch) -> None:
     assert encoded == []
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
 def test_the_words_are_read_first() -> None:
     """argparse gives its arguments other attributes meanwhile, and `canwire dump` ended with an AttributeError, 1."""
@@ -299,7 +291,7 @@ class Taken:
             pass
 
 
-@pytest.mark.usefixtures("interrupts")
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.skipif(os.name == "nt", reason="os.kill ends a process there")
 def test_a_signal_that_the_interpreter_would_forget_is_raised_once_more() -> None:
     def work() -> None:
