@@ -239,13 +239,13 @@ def imports_of(name: str, path: Path) -> Iterator[Import]:
     tree = ast.parse(text, str(path))
     typing_only = {
         inner
-        for node in (ast.walk(tree) if "TYPE_CHECKING" in text else ())
+        for node in (statements(tree) if "TYPE_CHECKING" in text else ())
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
         for statement in node.body
-        for inner in ast.walk(statement)
+        for inner in statements(statement)
     }
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.Import):
             found = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -255,6 +255,14 @@ def imports_of(name: str, path: Path) -> Iterator[Import]:
         for module in found:
             relative = isinstance(node, ast.ImportFrom) and node.level > 0
             yield Import(name, module, node.lineno, node in typing_only, relative)
+
+
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """This one and all that stand in it: an import is a statement, and `ast.walk` takes long for all expressions."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield from statements(child)
 
 
 def from_import(node: ast.ImportFrom, package: str) -> Iterator[str]:

@@ -91,6 +91,23 @@ def test_each_test_has_its_own_bus(inner: pytest.Pytester) -> None:
     result.assert_outcomes(passed=2)
 
 
+def test_what_a_test_had_does_not_stay_in_memory(inner: pytest.Pytester) -> None:
+    """Pytest keeps all tests to the end of the session: with their labs a long one took hundreds of megabytes."""
+    result = run(
+        inner,
+        """
+        import gc, weakref
+        had = []
+        def test_one(can_bus, lin_bus, lab, canwire_hub):
+            had.extend(map(weakref.ref, (can_bus, lin_bus, lab, canwire_hub)))
+        def test_other(lab):
+            gc.collect()
+            assert [one() for one in had] == [None] * 4
+        """,
+    )
+    result.assert_outcomes(passed=2)
+
+
 def test_failure_shows_the_bus(inner: pytest.Pytester) -> None:
     result = run(
         inner,

@@ -39,6 +39,7 @@ def canwire_hub(request: pytest.FixtureRequest) -> Iterator[Hub]:
     with connect(time="virtual", name=request.node.name) as hub, in_time(hub):
         request.node.stash[_HUB] = hub
         yield hub
+        del request.node.stash[_HUB]  # pytest keeps the tests, but no hub needs to stay in memory
 
 
 @pytest.fixture

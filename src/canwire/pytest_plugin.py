@@ -21,6 +21,7 @@ when a test uses a fixture.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
+from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
 import pytest
@@ -54,10 +55,10 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
     """A lab in virtual time, closed after the test; its buses keep their last frames."""
-    bench = _remembering_lab()
-    request.node.stash[_LAB] = bench
+    request.node.stash[_LAB] = bench = _remembering_lab()()
     with bench:
         yield bench
+    del request.node.stash[_LAB]  # pytest keeps the tests, but no lab needs to stay in memory
 
 
 @pytest.fixture
@@ -208,7 +209,8 @@ def describe_lin(bus: LabLinBus) -> str:
     return "\n".join(lines)
 
 
-def _remembering_lab() -> Lab:
+@cache
+def _remembering_lab() -> type[Lab]:
     from canwire import Lab
 
     class RememberingLab(Lab):
@@ -222,4 +224,4 @@ def _remembering_lab() -> Lab:
             bus.remember(_KEPT_FRAMES)
             return bus
 
-    return RememberingLab()
+    return RememberingLab

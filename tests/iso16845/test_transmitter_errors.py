@@ -192,7 +192,6 @@ def test_stuff_bits_of_long_frames(kind: str) -> None:
     iut = Iut(kind)
     for bits, at in long_places():
         iut.preset()
-        short = Spec(bits.spec.id, bits.spec.data, fd=True)
         scene = Scene(kind, True, iut=iut)
         scene.single_shot = True
-        disturb_sender(scene, lay_out(short), at, again=False).counters(8, 0).play(received=[], settling=1)
+        disturb_sender(scene, bits, at, again=False).counters(8, 0).play(received=[], settling=1)

@@ -1,4 +1,4 @@
-"""Ten million random and mutated bytes: nothing escapes, nothing grows, and the dongle answers afterwards."""
+"""Two million random and mutated bytes: nothing escapes, nothing grows, and the dongle answers afterwards."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import tracemalloc
 
 import pytest
 
-from canwire import core_mode
 from canwire.slcan import DIALECTS, Settings
 from canwire.slcan.settings import OUTPUT_SIZE
+from tests.effort import scaled
 from tests.slcan.bench import Bench
 
-COUNT = 10_000_000 if core_mode() == "compiled" else 500_000
-TRACED = min(COUNT, 1_000_000)  # the last ones: what grows does so there, too, and tracing takes its time
+COUNT = scaled(2_000_000)  # a quarter of a million commands
+TRACED = min(COUNT, 500_000)  # the last ones: what grows does so there, too, and tracing takes its time
 BLOCK = 4096
 GOOD = b"S4 O C t10021133 T0000010021133 r1002 F M00006000 m00001FF0 V N Z1 L s031C  Y5 D000001001AA b1009".split(
     b" "

@@ -112,15 +112,13 @@ def fixed_stuffing(plain: str, *, last: str) -> str:
 
 def remainder(message: str, polynomial: str, start: str) -> str:
     """Section 3, word by word: next = bit XOR msb; shift left; if next XOR polynomial."""
-    register = start
+    width, divisor, register = len(start), int(polynomial[1:], 2), int(start, 2)
     for bit in message:
-        following = bit != register[0]
-        register = register[1:] + "0"
+        following = int(bit) ^ register >> width - 1
+        register = register << 1 & (1 << width) - 1
         if following:
-            register = "".join(
-                opposite(r) if p == "1" else r for r, p in zip(register, polynomial[1:], strict=True)
-            )
-    return register
+            register ^= divisor
+    return binary(register, width)
 
 
 def opposite(bit: str) -> str:

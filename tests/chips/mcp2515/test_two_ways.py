@@ -64,7 +64,7 @@ def outcome(seed: int, *, bitwise: bool, flips: bool = False) -> list[str]:
 
 def glance(now_ns: int, chips: list[Mcp2515]) -> str:
     """Every register of every chip, and the time."""
-    shown = [" ".join(f"{chip.peek(address):02X}" for address in _ADDRESSES) for chip in chips]
+    shown = [bytes(map(chip.peek, _ADDRESSES)).hex(" ") for chip in chips]
     return f"{now_ns}: " + " / ".join(shown)
 
 

@@ -75,7 +75,7 @@ def outcome(package: ModuleType, seed: int, *, bitwise: bool, flips: bool = Fals
 
 def glance(timeline: Any, chips: list[Any]) -> str:
     """Every register of every chip, read without side effects, and the time."""
-    shown = [" ".join(f"{chip.peek(address):02X}" for address in range(128)) for chip in chips]
+    shown = [bytes(map(chip.peek, range(128))).hex(" ") for chip in chips]
     return f"{timeline.now_ns}: " + " / ".join(shown)
 
 

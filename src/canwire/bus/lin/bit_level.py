@@ -74,10 +74,11 @@ class LinBitLevel:
 
     def next_ps(self) -> int:
         next_ps = NEVER
-        for station in self.stations:
-            due_ps = station.due_ps
-            if due_ps < next_ps:
-                next_ps = due_ps
+        for station in self.stations:  # not min(): this is asked at each bit
+            if station.sender.due_ps < next_ps:
+                next_ps = station.sender.due_ps
+            if station.receiver.due_ps < next_ps:
+                next_ps = station.receiver.due_ps
         return next_ps
 
     def step(self) -> None:

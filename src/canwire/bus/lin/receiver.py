@@ -60,7 +60,10 @@ class Listener:
 
 
 class LinReceiver:
-    """Decodes the wire for one node. `mode` is what it waits for, `bit_ps` the bit time that it assumes."""
+    """Decodes the wire for one node. `mode` is what it waits for, `bit_ps` the bit time that it assumes.
+
+    `due_ps` is when it acts next: an attribute, because it is read at each bit of all nodes.
+    """
 
     def __init__(self, node: LinNode, listener: Listener) -> None:
         self.mode = LISTENING
@@ -77,16 +80,12 @@ class LinReceiver:
         self._held = False
         self._sample_ps = NEVER
         self._over_ps = NEVER
-
-    @property
-    def due_ps(self) -> int:
-        due_ps = self._sample_ps if self._sample_ps < self._over_ps else self._over_ps
-        return due_ps if due_ps < self.limit_ps else self.limit_ps
+        self.due_ps = NEVER
 
     def follow(self, mode: int, limit_ps: int = NEVER) -> None:
         """Wait for `mode` from now on, until `limit_ps` at the latest."""
         self.mode = mode
-        self.limit_ps = limit_ps
+        self.limit_ps = self.due_ps = limit_ps
         self._drop_byte()
 
     def await_response(self, limit_ps: int) -> None:
@@ -96,6 +95,7 @@ class LinReceiver:
         self.follow(IN_DATA, limit_ps)
         if self._low_since_ps != _UNKNOWN:
             self._begin_byte(self._low_since_ps)
+            self._set_due()
 
     def edge(self, level: int, at_ps: int) -> None:
         """Process a change of level on the wire."""
@@ -103,6 +103,7 @@ class LinReceiver:
             self._fell(at_ps)
         else:
             self._rose(at_ps)
+        self._set_due()
 
     def act(self, level: int, at_ps: int) -> None:
         """Process the event that is due."""
@@ -112,6 +113,11 @@ class LinReceiver:
             self._sample(level)
         elif self.limit_ps <= at_ps:
             self._give_up(at_ps)
+        self._set_due()
+
+    def _set_due(self) -> None:
+        due_ps = self._sample_ps if self._sample_ps < self._over_ps else self._over_ps
+        self.due_ps = due_ps if due_ps < self.limit_ps else self.limit_ps
 
     def _fell(self, at_ps: int) -> None:
         if self._over_ps != NEVER:

@@ -33,11 +33,6 @@ class LinStation(Listener):
 
     # for the bit level
 
-    @property
-    def due_ps(self) -> int:
-        sends_ps, reads_ps = self.sender.due_ps, self.receiver.due_ps
-        return sends_ps if sends_ps < reads_ps else reads_ps  # asked at each bit: min() takes longer
-
     def at_rest(self) -> bool:
         """Whether the node neither sends nor is in a frame."""
         return not self.sender.active and self.receiver.mode in _RESTING
