@@ -34,10 +34,12 @@ def served_here(folder: Path, config: Config) -> Iterator[str]:
     )
     thread.start()
     assert ready.wait(30)
-    yield address
-    stop.set()
-    thread.join(30)
-    stop.close()
+    try:
+        yield address
+    finally:
+        stop.set()
+        thread.join(30)
+        stop.close()
 
 
 def running_lines(

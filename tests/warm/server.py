@@ -25,6 +25,8 @@ from contextlib import suppress
 from types import ModuleType
 from typing import Any, NamedTuple
 
+import shared_pages  # beside this script
+
 LENGTH = 8
 PACKAGES = (
     "canwire.commands",
@@ -68,6 +70,7 @@ class Asked(NamedTuple):
 def load() -> None:
     """What programs will need; nothing of it starts a thread."""
     before = set(sys.modules)
+    shared_pages.in_one_piece(44)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # else numpy starts some
     atexit.register(lambda: end(loaded))  # the first one, so it runs last
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
@@ -84,6 +87,7 @@ def load() -> None:
     assert _alone() or not os.path.exists("/proc/self/task")
     gc.collect()
     gc.freeze()
+    shared_pages.join()
 
 
 class Ended:
