@@ -29,7 +29,7 @@ if "CANWIRE_PLATFORM" in os.environ:  # which is looked at while canwire is load
     os.execv(sys.executable, [sys.executable, *words])
 asking = socket.socket(socket.AF_UNIX)
 asking.connect({address!r})
-request = json.dumps([words, os.getcwd(), dict(os.environ), False]).encode()
+request = json.dumps([words, os.getcwd(), dict(os.environ), False, [0, 1, 2]]).encode()
 told, tell = os.pipe()
 socket.send_fds(asking, [len(request).to_bytes(8, "big")], [0, 1, 2, tell])
 asking.sendall(request)
@@ -54,7 +54,7 @@ if hasattr(os, "fork"):
         def _execute_child(self, *given: Any) -> None:
             """Instead of fork and exec, ask the server for a fork."""
             asked = inspect.signature(subprocess.Popen._execute_child).bind(self, *given).arguments
-            strange = [name for name in ("preexec_fn", "shell", "pass_fds") if asked[name]]
+            strange = [name for name in ("preexec_fn", "shell") if asked[name]]
             assert not strange, f"a warm program has no {strange}: start a cold one by subprocess"
             assert asked["args"][0] == sys.executable, f"{asked['args'][0]} is not this Python"
             inherited = (asked["p2cread"], asked["c2pwrite"], asked["errwrite"])
@@ -63,7 +63,10 @@ if hasattr(os, "fork"):
                 folder=os.fspath(asked["cwd"] or os.getcwd()),
                 environment=dict(asked["env"] or os.environ),
                 own_session=bool(asked["start_new_session"]),
-                streams=[number if given == -1 else given for number, given in enumerate(inherited)],
+                descriptors={
+                    **{number: number if given == -1 else given for number, given in enumerate(inherited)},
+                    **{number: number for number in asked["pass_fds"]},
+                },
             )
             self._child_created = True
             self._close_pipe_fds(*(asked[name] for name in ("p2cread", "p2cwrite", "c2pread", "c2pwrite",
