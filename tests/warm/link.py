@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import marshal
 import os
 import select
 import socket
@@ -47,7 +48,7 @@ class Server:
 
         It has these descriptors, each with a number of its own there: 0 to 2 are the streams.
         """
-        request = json.dumps([words, folder, environment, own_session, [*descriptors]]).encode()
+        request = marshal.dumps([words, folder, environment, own_session, [*descriptors]])
         told, tell = os.pipe()
         try:
             with socket.socket(socket.AF_UNIX) as asking:

@@ -1,8 +1,8 @@
 """Forks Python programs that have all modules already: `python server.py LIVES LISTENER`, two sockets' descriptors.
 
 It is asked in connections to the second, one for each request. That is its length, with the descriptors of stdin,
-stdout, stderr, of others that the program is to have, and of a pipe; then JSON: Python's words, folder, environment,
-whether it has a session of its own, and the numbers that those descriptors have there.
+stdout, stderr, of others that the program is to have, and of a pipe; then, by marshal: Python's words, folder,
+environment, whether it has a session of its own, and the numbers that those descriptors have there.
 Into the pipe go the process's number and, once it has ended, its status; if nobody can read that any more, the process
 is killed. The server has one thread, as forks need it, and ends with the other end of the first, which its maker has.
 """
@@ -16,7 +16,7 @@ import gc
 import importlib
 import io
 import itertools
-import json
+import marshal
 import os
 import pkgutil
 import runpy
@@ -197,7 +197,7 @@ def receive(link: socket.socket) -> Asked | None:
     request = b""
     while len(request) < int.from_bytes(length):
         request += link.recv(int.from_bytes(length) - len(request))
-    return Asked(*json.loads(request), descriptors[:-1], descriptors[-1])
+    return Asked(*marshal.loads(request), descriptors[:-1], descriptors[-1])
 
 
 def become(asked: Asked, interrupted: Any) -> None:
