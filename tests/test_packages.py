@@ -48,8 +48,8 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     clone, made = tmp_path_factory.mktemp("clone") / "canwire", tmp_path_factory.mktemp("unpacked")
     shutil.copytree(ROOT, clone, ignore=NOT_TAKEN)
     shutil.copytree(ROOT / ".ci", clone / ".ci")
-    run("setup.py", "-q", "sdist", "--dist-dir", str(made), home=clone)
-    (archive,) = made.glob("canwire-*.tar.gz")
+    run("setup.py", "-q", "sdist", "--formats", "tar", "--dist-dir", str(made), home=clone)  # unpacked at once
+    (archive,) = made.glob("canwire-*.tar")
     with tarfile.open(archive) as tar:
         tar.extractall(made, filter="data")
     return next(path for path in made.iterdir() if path.is_dir())

@@ -24,6 +24,7 @@ from canwire.hub.owner.engine import Engine
 from canwire.hub.owner.held.shared_ring import SharedRings
 from canwire.hub.owner.world import World
 from canwire.platform import EventDescriptor, create_memory, raise_descriptor_limit
+from tests import warm
 from tests.attacks.clients import Honest
 from tests.hub.in_memory import Bench
 from tests.hubs import LONG_S
@@ -42,15 +43,24 @@ kind = "usb-to-can-fd"
 LOW = 64  # descriptors; an idle hub has some 12
 
 
+LIMITED = """
+import resource, runpy, sys
+*soft, _, most = sys.argv.pop(1).split()
+highest = resource.getrlimit(resource.RLIMIT_NOFILE)[1] if soft else int(most)
+resource.setrlimit(resource.RLIMIT_NOFILE, (int(most), highest))
+runpy.run_module("canwire", run_name="__main__", alter_sys=True)
+"""
+
+
 @contextlib.contextmanager
 def hub_with(tmp_path: Path, limit: str, config: str = "") -> Iterator[subprocess.Popen[str]]:
     """`canwire serve` under `ulimit LIMIT`, on tmp_path/hub."""
-    serve = [sys.executable, "-m", "canwire", "serve", "--time", "fast", "--socket", str(tmp_path / "hub")]
+    serve = ["serve", "--time", "fast", "--socket", str(tmp_path / "hub")]
     if config:
         (tmp_path / "hub.toml").write_text(config)
         serve += ["--config", str(tmp_path / "hub.toml")]
-    command = ["bash", "-c", f'ulimit {limit} && exec "$@"', "bash", *serve]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-c", LIMITED, limit, *serve]
+    with warm.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert "canwire hub on" in process.stdout.readline()
         try:
@@ -317,7 +327,7 @@ except (canwire.LimitReached, OSError) as error:
 print(len(hub.boards()) > 0)
 """
     with hub_with(tmp_path, "-n 1000") as process:
-        done = subprocess.run(
+        done = warm.run(
             [sys.executable, "-c", script, str(tmp_path / "hub")],
             capture_output=True,
             text=True,

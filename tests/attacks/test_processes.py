@@ -106,8 +106,10 @@ def check_words(verb: str, streams: str, done: subprocess.CompletedProcess[str])
         assert "No space left on device" in done.stderr
 
 
-def started(command: list[str], said: str) -> subprocess.Popen[str]:
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def started(command: list[str], said: str, *, cold: bool = True) -> subprocess.Popen[str]:
+    process = (subprocess.Popen if cold else warm.Popen)(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     if said:
         assert process.stdout is not None
         assert said in process.stdout.readline()
@@ -121,7 +123,9 @@ def test_signals_end_what_goes_on_for_ever(shared: Served, tmp_path: Path, verb:
     line, said = LONG[verb]
     with canwire.connect(shared.address) as hub:
         until(lambda: not listens(hub))  # the test before this one has left
-        process = started(words(line, shared.address, tmp_path), said)
+        process = started(
+            words(line, shared.address, tmp_path), said, cold=verb == "serve"
+        )  # one stands for all
         if not said:
             until(lambda: listens(hub))  # it is at work
     process.send_signal(getattr(signal, number))
@@ -201,7 +205,7 @@ print(len(hub.boards()) > 0, control.status().control_holder != "", flush=True)
 
 def test_another_program_in_this_process_holds_nothing(shared: Served) -> None:
     command = [sys.executable, "-c", HOLDING + EXEC, shared.address]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with warm.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "other\n"
         while not {"0", "1", "2"}.issuperset(
@@ -220,7 +224,7 @@ def test_another_program_in_this_process_holds_nothing(shared: Served) -> None:
 
 
 def test_every_handle_says_so_in_a_fork_and_the_parent_goes_on(shared: Served) -> None:
-    done = subprocess.run(
+    done = warm.run(
         [sys.executable, "-c", HOLDING + FORK, shared.address], capture_output=True, text=True, timeout=LONG_S
     )
     assert done.returncode == 0, done.stderr
@@ -252,7 +256,7 @@ def test_a_client_that_is_stopped_costs_nobody_else(tmp_path: Path) -> None:
     with serving(tmp_path) as served:
         script = HOLDING + "print('ready', flush=True)\nsys.stdin.read()"
         command = [sys.executable, "-c", script.replace("board, 0", "hub.boards()[1].id, 0"), served.address]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        with warm.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             assert process.stdout.readline() == "ready\n"
             os.kill(process.pid, signal.SIGSTOP)

@@ -27,7 +27,13 @@ def cluster() -> Iterator[str]:
     """Its scheduler blames at a worker's first death, and all that this worker had."""
     # Dask sets PYTHONHASHSEED while it starts a worker, also one that is started again as all ends. It gives
     # up a worker that needs more than 15 s for that, with all that the worker has by then.
-    patient = dask.config.set({"distributed.deploy.lost-worker-timeout": f"{LONG_S}s"})
+    # Workers are forks of a process that has all modules already: each would load Dask, for a second.
+    patient = dask.config.set(
+        {
+            "distributed.deploy.lost-worker-timeout": f"{LONG_S}s",
+            "distributed.worker.multiprocessing-method": "forkserver",
+        }
+    )
     with mock.patch.dict(os.environ), warnings.catch_warnings(), patient:
         warnings.simplefilter("ignore")
         with distributed.LocalCluster(

@@ -16,6 +16,8 @@ from canwire.campaigns.journal import Journal, journal_of
 from canwire.campaigns.loading import Script
 from tests.campaigns.scripts import written
 
+pytestmark = pytest.mark.usefixtures("warm_workers")
+
 STEPS = '''
 """Each run leaves its number; run 6 waits where a file says so."""
 import time

@@ -10,6 +10,8 @@ import pytest
 from canwire import BadValue, run_campaign
 from tests.campaigns.scripts import WILD, written
 
+pytestmark = pytest.mark.usefixtures("warm_workers")
+
 SAYS = """
 from canwire import campaign
 

@@ -13,6 +13,8 @@ from canwire.campaigns.loading import Script
 from canwire.campaigns.workers import in_processes
 from tests.campaigns.scripts import ENDS, FLIPS, LASTS, written
 
+WARM = pytest.mark.usefixtures("warm_workers")  # cold ones play in the first test
+
 
 @pytest.fixture
 def flips(tmp_path: Path) -> Path:
@@ -41,6 +43,7 @@ def test_workers_change_nothing_and_a_number_is_enough_to_repeat(flips: Path) ->
     assert other_log != log
 
 
+@WARM
 def test_without_a_number_the_grid_is_gone_through_once_and_stands_in_parquet(
     flips: Path, tmp_path: Path
 ) -> None:
@@ -62,6 +65,7 @@ def test_without_a_number_the_grid_is_gone_through_once_and_stands_in_parquet(
 
 
 @pytest.mark.conforms("N-37")
+@WARM
 def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tmp_path: Path) -> None:
     runs = run_campaign(written(tmp_path, "ends.py", ENDS), workers=2, results=tmp_path / "ends.csv")
     verdicts = {run.number: run.verdict for run in runs}
@@ -79,6 +83,7 @@ def test_a_run_that_takes_its_process_down_is_named_and_the_others_are_played(tm
 
 
 @pytest.mark.conforms("N-37")
+@WARM
 def test_a_run_that_takes_too_long_is_ended_and_the_others_are_played(tmp_path: Path) -> None:
     lasts = written(tmp_path, "lasts.py", LASTS.replace("number == 4", "number > 5"))
     runs = run_campaign(lasts, workers=1, time_limit=0.3)
@@ -90,6 +95,7 @@ def test_a_run_that_takes_too_long_is_ended_and_the_others_are_played(tmp_path: 
 
 
 @pytest.mark.conforms("N-37")
+@WARM
 def test_a_run_that_nothing_else_ends_takes_its_process_with_it(tmp_path: Path) -> None:
     script = Script.read(written(tmp_path, "lasts.py", LASTS))
     batches = in_processes(script, range(6), Rules(seed=1, limit_s=0.3, grace_s=0.2), 2)
@@ -100,10 +106,12 @@ def test_a_run_that_nothing_else_ends_takes_its_process_with_it(tmp_path: Path) 
     assert [run.figures.get("square") for run in runs] == [0, 1, None, 9, None, 25]
 
 
+@WARM
 def test_a_limit_changes_nothing_for_runs_that_keep_it(flips: Path) -> None:
     assert run_campaign(flips, workers=1, time_limit=3600) == run_campaign(flips, workers=1)
 
 
+@WARM
 def test_what_was_done_is_written_when_it_is_interrupted(flips: Path, tmp_path: Path) -> None:
     seen: list[CampaignRun] = []
 

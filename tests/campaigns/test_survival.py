@@ -11,6 +11,8 @@ import pytest
 from canwire import CampaignRun, HubError, repeat_run, run_campaign
 from tests.campaigns.scripts import WILD, written
 
+pytestmark = pytest.mark.usefixtures("warm_workers")
+
 
 def wild(folder: Path, *ways: str) -> Path:
     return written(folder, "wild.py", WILD.replace("WAYS", repr(ways)))

@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -107,6 +108,28 @@ def run_console(page: Path, home: Path) -> str:
     ) as shell:
         assert shell.wait(LONG_S) == 0, group_output(shell)
         return group_output(shell)
+
+
+def run_tests(home: Path) -> str:
+    """pytest in the folder into which a page's tests were written, with no plugin but canwire's; what it printed.
+
+    AssertionError if one fails. README's test runs with all that are installed, as a user's does.
+    """
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "canwire.pytest_plugin",
+        ".",
+    ]
+    environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    ended = warm.run(command, cwd=home, env=environment, capture_output=True, text=True, timeout=LONG_S)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return str(ended.stdout)
 
 
 def group_output(shell: subprocess.Popen[str]) -> str:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import canwire
-from tests.docs.blocks import blocks
+from tests.docs.blocks import blocks, run_tests
 from tests.hubs import connected, embedded
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -86,10 +84,7 @@ def test_the_tests_pass(tmp_path: Path) -> None:
     assert set(files) == {"test_reader.py", "test_bus_off.py"}
     for name, code in files.items():
         (tmp_path / name).write_text(code)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
-    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    assert "2 passed" in ended.stdout
+    assert "2 passed" in run_tests(tmp_path)
 
 
 def test_every_call_of_the_tables_exists() -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import warm
 from tests.cold import entry_points
 
 pytest.importorskip("serial")
@@ -37,7 +38,8 @@ class Terminals:
         self._closing = ExitStack()
 
     def start(self, *words: str) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
+        python_can = any("import can\n" in word for word in words)  # it finds us while it is loaded
+        process = (subprocess.Popen if python_can else warm.Popen)(
             [sys.executable, *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.docs.blocks import ROOT, blocks, run_console, run_python
+from tests.docs.blocks import ROOT, blocks, run_console, run_python, run_tests
 
 PAGES = sorted((ROOT / "docs" / "how-to").glob("*.md"))
 needs = {
@@ -44,14 +42,10 @@ def test_commands(page: Path, tmp_path: Path) -> None:
     assert run_console(page, tmp_path)
 
 
-@pytest.mark.usefixtures("python_can_without_mf4")
 def test_the_tests_of_the_ci_page(tmp_path: Path) -> None:
     pytest.importorskip("can")
     page = ROOT / "docs" / "how-to" / "ci.md"
     for block in blocks(page):
         if block.mark.startswith("file: "):
             (tmp_path / block.mark.removeprefix("file: ")).write_text(block.text)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "2 passed" in done.stdout
+    assert "2 passed" in run_tests(tmp_path)

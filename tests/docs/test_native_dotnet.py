@@ -58,7 +58,7 @@ def needs_libraries() -> None:
 
 @pytest.mark.conforms("N-39", "N-43")
 def test_its_program_one_in_cpp_candump_and_pytest_on_one_bus(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The picture native.svg, whose commands are the pages'."""
     pytest.importorskip("can")
@@ -66,9 +66,11 @@ def test_its_program_one_in_cpp_candump_and_pytest_on_one_bus(
     for program in ("g++", "candump"):
         find_program(program)
     import shared_picture
+    from tests.native.dotnet.state import state_of_this_run
 
+    state = str(state_of_this_run(tmp_path_factory))
     tools = os.pathsep.join((str(tmp_path), str(Path(sys.executable).parent), os.environ["PATH"]))
-    for name, value in {"PATH": tools, "XDG_STATE_HOME": str(tmp_path / "state"), "CANWIRE_HUB": ""}.items():
+    for name, value in {"PATH": tools, "XDG_STATE_HOME": state, "CANWIRE_HUB": ""}.items():
         monkeypatch.setenv(name, value)
     warm.write_script(tmp_path / "canwire")
     shown = shared_picture.picture(shared_picture.native())

@@ -5,14 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.docs.blocks import run_console, run_python
+from tests.docs.blocks import run_console, run_python, run_tests
 
 TUTORIALS = Path(__file__).resolve().parents[2] / "docs" / "tutorials"
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
@@ -40,10 +38,7 @@ def test_tests_for_an_ecu(tmp_path: Path) -> None:
     assert set(files) == {"lamp.py", "test_lamp.py"}
     for name, code in files.items():
         (tmp_path / name).write_text(code)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
-    ended = subprocess.run([*command, "."], cwd=tmp_path, capture_output=True, text=True, timeout=300)
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    passed = PASSED.search(ended.stdout)
+    passed = PASSED.search(run_tests(tmp_path))
     assert passed is not None
     said = next(number for word, number in NUMBERS.items() if f"The {word} tests" in text)
     assert int(passed[1]) == said

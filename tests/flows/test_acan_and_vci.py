@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import warm
+
 LONG = 30  # seconds after which something that should happen never will
 CONFIG = """
 [[bus]]
@@ -88,7 +90,7 @@ def start(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
     running: list[subprocess.Popen[str]] = []
 
     def run(*command: str, first: str) -> subprocess.Popen[str]:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        process = warm.Popen([*command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         running.append(process)
         assert process.stdout is not None
         assert first in process.stdout.readline()

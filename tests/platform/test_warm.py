@@ -65,3 +65,21 @@ def test_who_is_asked_by_a_script_ends_with_it(tmp_path: Path) -> None:
         assert "canwire hub on" in process.stdout.readline()
         process.kill()
         assert process.stdout.read() == ""  # its end: nobody has the other end of the pipe any more
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every program starts cold")
+def test_a_warm_program_has_the_descriptors_it_is_given_and_no_others() -> None:
+    found = []
+    reading, writing = os.pipe()
+    try:
+        for start in (warm.Popen, subprocess.Popen):
+            words = [sys.executable, "-c", TELL + f"os.write({writing}, b'heard')", "a word"]
+            with start(
+                words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, pass_fds=[writing]
+            ) as process:
+                found.append((process.communicate(timeout=LONG_S), os.read(reading, 80)))
+    finally:
+        os.close(reading)
+        os.close(writing)
+    assert found[0] == found[1]
+    assert found[0][1] == b"heard"

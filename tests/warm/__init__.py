@@ -22,26 +22,28 @@ from tests.warm.link import Server, share
 
 __all__ = ["Popen", "ready", "run", "share", "write_script"]
 
+# with the modules below others (socket, signal), as loading those takes longer than all that this does
 _ASKS = """#!{python} -ISB
-import json, os, signal, socket, sys
+import _signal, _socket, marshal, os, sys
 words = ["-m", "canwire", *sys.argv[1:]]
 if "CANWIRE_PLATFORM" in os.environ:  # which is looked at while canwire is loaded
     os.execv(sys.executable, [sys.executable, *words])
-asking = socket.socket(socket.AF_UNIX)
+asking = _socket.socket(_socket.AF_UNIX, _socket.SOCK_STREAM)
 asking.connect({address!r})
-request = json.dumps([words, os.getcwd(), dict(os.environ), False]).encode()
+request = marshal.dumps([words, os.getcwd(), dict(os.environ), False, [0, 1, 2]])
 told, tell = os.pipe()
-socket.send_fds(asking, [len(request).to_bytes(8, "big")], [0, 1, 2, tell])
+given = b"".join(number.to_bytes(4, sys.byteorder) for number in (0, 1, 2, tell))
+asking.sendmsg([len(request).to_bytes(8, "big")], [(_socket.SOL_SOCKET, _socket.SCM_RIGHTS, given)])
 asking.sendall(request)
 asking.close()
 os.close(tell)
 answers = open(told, buffering=1)
 number = int(answers.readline())
-for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-    signal.signal(each, lambda each, frame: os.kill(number, each))
+for each in (_signal.SIGINT, _signal.SIGTERM, _signal.SIGHUP):
+    _signal.signal(each, lambda each, frame: os.kill(number, each))
 status = os.waitstatus_to_exitcode(int(answers.readline()))
 if status < 0:
-    signal.signal(-status, signal.SIG_DFL)
+    _signal.signal(-status, _signal.SIG_DFL)
     os.kill(os.getpid(), -status)
 sys.exit(status)
 """
@@ -54,7 +56,7 @@ if hasattr(os, "fork"):
         def _execute_child(self, *given: Any) -> None:
             """Instead of fork and exec, ask the server for a fork."""
             asked = inspect.signature(subprocess.Popen._execute_child).bind(self, *given).arguments
-            strange = [name for name in ("preexec_fn", "shell", "pass_fds") if asked[name]]
+            strange = [name for name in ("preexec_fn", "shell") if asked[name]]
             assert not strange, f"a warm program has no {strange}: start a cold one by subprocess"
             assert asked["args"][0] == sys.executable, f"{asked['args'][0]} is not this Python"
             inherited = (asked["p2cread"], asked["c2pwrite"], asked["errwrite"])
@@ -63,7 +65,10 @@ if hasattr(os, "fork"):
                 folder=os.fspath(asked["cwd"] or os.getcwd()),
                 environment=dict(asked["env"] or os.environ),
                 own_session=bool(asked["start_new_session"]),
-                streams=[number if given == -1 else given for number, given in enumerate(inherited)],
+                descriptors={
+                    **{number: number if given == -1 else given for number, given in enumerate(inherited)},
+                    **{number: number for number in asked["pass_fds"]},
+                },
             )
             self._child_created = True
             self._close_pipe_fds(*(asked[name] for name in ("p2cread", "p2cwrite", "c2pread", "c2pwrite",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import marshal
 import os
 import select
 import socket
@@ -41,15 +42,18 @@ class Server:
         folder: str,
         environment: dict[str, str],
         own_session: bool,
-        streams: list[int],
+        descriptors: dict[int, int],
     ) -> tuple[IO[str], int]:
-        """Python with these words: where its exit status will stand (as `os.waitpid` has it), and its number."""
-        request = json.dumps([words, folder, environment, own_session]).encode()
+        """Python with these words: where its exit status will stand (as `os.waitpid` has it), and its number.
+
+        It has these descriptors, each with a number of its own there: 0 to 2 are the streams.
+        """
+        request = marshal.dumps([words, folder, environment, own_session, [*descriptors]])
         told, tell = os.pipe()
         try:
             with socket.socket(socket.AF_UNIX) as asking:
                 asking.connect(self.address)
-                socket.send_fds(asking, [len(request).to_bytes(LENGTH)], [*streams, tell])
+                socket.send_fds(asking, [len(request).to_bytes(LENGTH)], [*descriptors.values(), tell])
                 asking.sendall(request)
         finally:
             os.close(tell)

@@ -1,7 +1,8 @@
 """Forks Python programs that have all modules already: `python server.py LIVES LISTENER`, two sockets' descriptors.
 
 It is asked in connections to the second, one for each request. That is its length, with the descriptors of stdin,
-stdout, stderr and of a pipe; then JSON: Python's words, folder, environment, and whether it has a session of its own.
+stdout, stderr, of others that the program is to have, and of a pipe; then, by marshal: Python's words, folder,
+environment, whether it has a session of its own, and the numbers that those descriptors have there.
 Into the pipe go the process's number and, once it has ended, its status; if nobody can read that any more, the process
 is killed. The server has one thread, as forks need it, and ends with the other end of the first, which its maker has.
 """
@@ -10,10 +11,12 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import fcntl
 import gc
 import importlib
 import io
-import json
+import itertools
+import marshal
 import os
 import pkgutil
 import runpy
@@ -28,6 +31,8 @@ from typing import Any, NamedTuple
 import shared_pages  # beside this script
 
 LENGTH = 8
+MOST_DESCRIPTORS = 32
+MEGABYTES = 44  # that the interpreter takes for all of the modules below
 PACKAGES = (
     "canwire.commands",
     "canwire.hub",
@@ -63,14 +68,15 @@ class Asked(NamedTuple):
     folder: str
     environment: dict[str, str]
     own_session: bool
-    streams: list[int]
+    numbers: list[int]
+    descriptors: list[int]
     tell: int
 
 
 def load() -> None:
     """What programs will need; nothing of it starts a thread."""
     before = set(sys.modules)
-    shared_pages.in_one_piece(44)
+    shared_pages.in_one_piece(MEGABYTES)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # else numpy starts some
     atexit.register(lambda: end(loaded))  # the first one, so it runs last
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # python-can would load half of pandas for it
@@ -166,8 +172,8 @@ class Forks:
         if number == 0:
             return False
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
-        for stream in asked.streams:
-            os.close(stream)
+        for descriptor in asked.descriptors:
+            os.close(descriptor)
         self._tell[number] = asked.tell
         self._poll.register(asked.tell, 0)
         with suppress(BrokenPipeError):  # the poll tells that whoever asked has gone
@@ -190,13 +196,13 @@ class Forks:
 
 def receive(link: socket.socket) -> Asked | None:
     """A request; None where nobody can ask any more."""
-    length, descriptors, _, _ = socket.recv_fds(link, LENGTH, 4)
+    length, descriptors, _, _ = socket.recv_fds(link, LENGTH, MOST_DESCRIPTORS)
     if not length:
         return None
     request = b""
     while len(request) < int.from_bytes(length):
         request += link.recv(int.from_bytes(length) - len(request))
-    return Asked(*json.loads(request), descriptors[:3], descriptors[3])
+    return Asked(*marshal.loads(request), descriptors[:-1], descriptors[-1])
 
 
 def become(asked: Asked, interrupted: Any) -> None:
@@ -206,9 +212,7 @@ def become(asked: Asked, interrupted: Any) -> None:
     signal.signal(signal.SIGINT, interrupted)
     if asked.own_session:
         os.setsid()
-    for number, stream in enumerate(asked.streams):
-        os.dup2(stream, number)
-    os.closerange(3, 1024)
+    arrange(asked.descriptors, asked.numbers)
     os.chdir(asked.folder)
     strange = {
         name
@@ -223,6 +227,17 @@ def become(asked: Asked, interrupted: Any) -> None:
         if place and place not in sys.path:
             sys.path.insert(0, place)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
+
+
+def arrange(descriptors: list[int], numbers: list[int]) -> None:
+    """These descriptors at these numbers, and no other is open."""
+    above = 1 + max(numbers)
+    for descriptor, number in zip(
+        [fcntl.fcntl(each, fcntl.F_DUPFD, above) for each in descriptors], numbers, strict=True
+    ):
+        os.dup2(descriptor, number)
+    for last, number in itertools.pairwise([*sorted(numbers), above + 1024]):
+        os.closerange(last + 1, number)
 
 
 def new_streams(unbuffered: bool) -> None:

@@ -91,6 +91,8 @@ def shown(value: object) -> str:
     """A value in a short form for an error message."""
     if isinstance(value, int) and not -(1 << 128) < value < 1 << 128:
         return f"of {math.ceil(value.bit_length() / 3.3219)} digits"
+    if isinstance(value, (str, bytes, bytearray)) and len(value) > _SHOWN:
+        value = value[:_SHOWN]  # the rest of a megabyte is not shown
     text = repr(value)
     return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
 

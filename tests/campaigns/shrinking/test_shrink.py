@@ -17,7 +17,7 @@ from canwire.campaigns.shrinking.trials import Trials
 from canwire.commands import main
 from tests.campaigns.scripts import written
 
-pytestmark = pytest.mark.conforms("N-60")
+pytestmark = [pytest.mark.conforms("N-60"), pytest.mark.usefixtures("warm_workers")]
 
 HEAD = """
 import os

@@ -18,10 +18,10 @@ PROGRAMS = Path(__file__).parent / "programs"
 
 
 class Mono:
-    """Compiles programs into one directory and runs them; `home` also keeps the assemblies."""
+    """Compiles programs into one directory and runs them; the assemblies are in the user's state."""
 
-    def __init__(self, home: Path, assemblies: str) -> None:
-        self.home, self.assemblies = home, assemblies
+    def __init__(self, home: Path, state: Path, assemblies: str) -> None:
+        self.home, self.state, self.assemblies = home, state, assemblies
 
     def build(self, source: Path, *others: Path, options: tuple[str, ...] = ()) -> Path:
         made = self.home / f"{source.stem}.exe"
@@ -72,7 +72,9 @@ def mono(tmp_path_factory: pytest.TempPathFactory) -> Mono:
         pytest.skip(str(error))
     find_program("mcs")
     find_program("mono")
-    home = tmp_path_factory.mktemp("dotnet")
+    from tests.native.dotnet.state import state_of_this_run  # where the libraries are, locks are, too
+
+    state = state_of_this_run(tmp_path_factory)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_STATE_HOME", str(home))
-        return Mono(home, dotnet.assembly_directory())
+        patch.setenv("XDG_STATE_HOME", str(state))
+        return Mono(tmp_path_factory.mktemp("dotnet"), state, dotnet.assembly_directory())

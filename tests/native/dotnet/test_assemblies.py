@@ -19,7 +19,7 @@ from tests.native.dotnet.conftest import PROGRAMS, Mono
 @pytest.fixture
 def state(mono: Mono, monkeypatch: pytest.MonkeyPatch) -> None:
     """The assemblies that were compiled for this run are the user's."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(mono.home))
+    monkeypatch.setenv("XDG_STATE_HOME", str(mono.state))
 
 
 @pytest.fixture
