@@ -23,7 +23,9 @@ from tests.hubs import LONG_S
 
 pytestmark = [
     pytest.mark.finding("faults 10"),
-    pytest.mark.usefixtures("python_can_without_mf4"),  # which `share` and `doctor` load, cold ones with pandas
+    pytest.mark.usefixtures(
+        "python_can_without_mf4"
+    ),  # which `share` and `doctor` load, cold ones with pandas
     pytest.mark.skipif(sys.platform == "win32", reason="signals and descriptors as Unix has them"),
 ]
 
