@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import pytest
 
 import canwire
 from canwire import epoch_ns
-from tests.hubs import LONG_S, served_here, serving
+from tests.hubs import LONG_S, free_port, served_here, serving
 from tests.missing import find_browser
 
 httpx = pytest.importorskip("httpx2")
@@ -43,11 +44,20 @@ FLAGS = [
 SCREEN: ViewportSize = {"width": 1280, "height": 720}
 
 
+@cache
+def usual_port() -> int:
+    """The port of one page after another: a browser keeps their scripts, a third of what a load costs, by address."""
+    return free_port()
+
+
 @contextmanager
 def served_site(address: str, databases: Iterable[str] = (), *, viewers: bool = True) -> Iterator[Site]:
     """The page of the hub at this address, served by a thread of this process; everybody may look."""
     with canwire.connect(address, name=NAME) as hub:
-        site = Site(hub, epoch_ns, databases=databases, viewers=viewers)
+        try:
+            site = Site(hub, epoch_ns, port=usual_port(), databases=databases, viewers=viewers)
+        except canwire.BadValue:  # another page is served there
+            site = Site(hub, epoch_ns, databases=databases, viewers=viewers)
         thread = threading.Thread(target=site.run)
         thread.start()
         try:

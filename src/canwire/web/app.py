@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING, Any
 from starlette.applications import Starlette
 from starlette.requests import ClientDisconnect
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
-from starlette.routing import BaseRoute, Mount, Route
-from starlette.staticfiles import StaticFiles
+from starlette.routing import BaseRoute, Route
 
 from canwire import HubLost
 from canwire.web.databases.routes import MOST_BYTES as DATABASE_BYTES
 from canwire.web.databases.routes import OPEN_PATH as DATABASE_PATH
 from canwire.web.databases.routes import DatabaseRoutes
+from canwire.web.files import static_routes
 from canwire.web.gate import Gate
 from canwire.web.send.files import MOST_BYTES as LIST_BYTES
 from canwire.web.trace.logs import OPEN_PATH
 from canwire.web.trace.opened import MOST_BYTES
-from canwire.web.words import HERE
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -35,8 +34,7 @@ def make_app(desk: Desk, token: str, hosts: list[str], port: int, *, viewers: bo
         Route("/", lambda request: RedirectResponse(f"/{desk.views[0].name}")),
         Route("/link", lambda request: _link(desk, request)),
     ]
-    for path in sorted(HERE.glob("*/static")):
-        routes.append(Mount(f"/static/{path.parent.name}", StaticFiles(directory=path)))
+    routes += static_routes()
     routes += DatabaseRoutes(desk).routes()
     for view in desk.views:
         routes += view.routes(desk)

@@ -14,6 +14,7 @@ from starlette.responses import HTMLResponse, Response
 
 import canwire
 from canwire.web.databases.loaded import Databases
+from canwire.web.files import static_path
 from canwire.web.words import HERE, LANGUAGES, Words, preferred, words_in
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ LANGUAGE_COOKIE = "canwire-language"
 class View:
     """One of the page's tabs: its path begins with /`name`, and its title is the text `name.title`.
 
-    `scripts` and `styles` are files of its static folder (a name with a / is relative to /static);
+    `scripts` and `styles` are files of its static folder (a name with a / is relative to `static_path`);
     `vendored` are scripts of base/static/vendor, loaded before them.
     """
 
@@ -82,6 +83,7 @@ class Desk:
             "hub_there": self.link.there,
             "languages": LANGUAGES,
             "version": canwire.__version__,
+            "static": static_path(),
             "words_json": Markup(json.dumps(words.texts).replace("<", "\\u003c")),
         }
         return HTMLResponse(self._templates.get_template(template).render(values))

@@ -25,6 +25,7 @@ from canwire import (
     record_dtype,
 )
 from canwire.values.lin.record import record_of_lin_frame
+from canwire.web.files import static_path
 from canwire.web.server import Site
 from canwire.web.trace.store.lin import is_lin, lin_message, rows_of_lin
 from canwire.web.trace.store.rows import GAP, LOST
@@ -218,14 +219,14 @@ def test_a_header_that_was_recorded_alone(steady: Site, asker: httpx.Client, bro
     assert "LIN header without a response" in asker.get("/trace/row", params={"record": row.hex()}).text
     with tab(browser, steady.address) as page:
         said = page.evaluate(
-            """async (octets) => {
-                const { Rows } = await import("/static/trace/rows.js");
+            """async ([octets, place]) => {
+                const { Rows } = await import(`${place}/trace/rows.js`);
                 const rows = new Rows();
                 rows.set(new Uint8Array(octets).buffer, 0, 1, 0);
                 const texts = ["type", "id", "pid", "dlc", "checksum", "data"];
                 return texts.map((text) => rows[`${text}Text`](0));
             }""",
-            list(row + bytes(8)),
+            [list(row + bytes(8)), static_path()],
         )
     assert said == ["HEADER", "21", "61", "4", "", ""]
 

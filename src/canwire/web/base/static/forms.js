@@ -1,5 +1,5 @@
 // Forms with data-action and buttons with data-post are sent here; faults are shown at their fields.
-import { say, word, writer } from "/static/base/base.js";
+import { say, word, writer } from "./base.js";
 
 /** Post fields; true when it was done. Faults go to the fields of `form`, the message to the status line. */
 export async function post(path, fields, form = null) {

@@ -1,5 +1,5 @@
 // Registers are rendered again every second: keeps open ones open, and marks the bits that have changed.
-import { remember, remembered } from "/static/base/base.js";
+import { remember, remembered } from "../base/base.js";
 
 const MARKED_MS = 2000; // how long a changed bit stays marked
 const place = document.getElementById("registers");

@@ -1,8 +1,8 @@
 // CanCheck: its main window, and a panel for each window that is open. The server says by web socket how all of it is.
-import { live, remember, remembered, say } from "/static/base/base.js";
-import { disableForReaders, post } from "/static/base/forms.js";
-import { bindGenerators } from "/static/cancheck/generator.js";
-import { addRows, draw } from "/static/cancheck/window.js";
+import { live, remember, remembered, say } from "../base/base.js";
+import { disableForReaders, post } from "../base/forms.js";
+import { bindGenerators } from "./generator.js";
+import { addRows, draw } from "./window.js";
 
 const one = (id) => document.getElementById(id);
 const panels = one("windows");

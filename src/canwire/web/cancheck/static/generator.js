@@ -1,6 +1,6 @@
 // A generator's window: new ones and old ones, which are paused while they are edited.
-import { post } from "/static/base/forms.js";
-import { draw } from "/static/cancheck/window.js";
+import { post } from "../base/forms.js";
+import { draw } from "./window.js";
 
 const dialog = document.getElementById("generator-dialog");
 const form = document.getElementById("generator-form");

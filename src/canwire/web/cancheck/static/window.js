@@ -1,5 +1,5 @@
 // What is in a window: rows, names of frames, event buttons, filter bits, generators.
-import { word } from "/static/base/base.js";
+import { word } from "../base/base.js";
 
 const MOST = 500; // rows shown
 const SVG = "http://www.w3.org/2000/svg";

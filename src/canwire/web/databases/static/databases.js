@@ -1,6 +1,6 @@
 // The dialog of network descriptions: what is open, for which bus, and files that are opened or dropped.
-import { say, word } from "/static/base/base.js";
-import { disableForReaders, post } from "/static/base/forms.js";
+import { say, word } from "../base/base.js";
+import { disableForReaders, post } from "../base/forms.js";
 
 const element = (id) => document.getElementById(id);
 export const ENDINGS = /\.(dbc|arxml|kcd|sym|ldf)$/i;

@@ -1,7 +1,7 @@
 // Panels: values, switches and sliders bound to signals; this browser keeps them, and saves them to files.
-import { live, localised, remember, remembered, say, word, writer } from "/static/base/base.js";
-import { post } from "/static/base/forms.js";
-import { busesAre } from "/static/databases/databases.js";
+import { live, localised, remember, remembered, say, word, writer } from "../base/base.js";
+import { post } from "../base/forms.js";
+import { busesAre } from "../databases/databases.js";
 
 const WHAT = "canwire panel";
 const KINDS = ["value", "switch", "slider"];

@@ -1,6 +1,6 @@
 // The transmit list: its rows edited where they stand, its dialogs, rows that are sent by their key.
-import { remember, remembered, say, typing, word } from "/static/base/base.js";
-import { post } from "/static/base/forms.js";
+import { remember, remembered, say, typing, word } from "../base/base.js";
+import { post } from "../base/forms.js";
 
 const element = (id) => document.getElementById(id);
 const dialog = element("row-dialog");

@@ -1,5 +1,5 @@
 // Four plots of one line's counters, by uPlot; asked for once a second, what is new alone.
-import { decimal, localised, word } from "/static/base/base.js";
+import { decimal, localised, word } from "../base/base.js";
 
 const LOOK_MS = 1000;
 const KEPT = 1200;

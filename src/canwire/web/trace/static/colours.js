@@ -1,5 +1,5 @@
 // Colour rules: the first filter that a row passes gives its colour; the server, which knows filters, applies them.
-import { remember, remembered, word } from "/static/base/base.js";
+import { remember, remembered, word } from "../base/base.js";
 
 const COLOURS = 6;
 const place = document.getElementById("rules");

@@ -1,5 +1,5 @@
 // Which columns there are, how wide, and which of them are shown.
-import { remember, remembered, word } from "/static/base/base.js";
+import { remember, remembered, word } from "../base/base.js";
 
 export const COLUMNS = {
   no: { width: "8ch", number: true, extra: true },

@@ -1,5 +1,5 @@
 // A row element's cells: only changed cells are touched, since the browser lays out and paints each touched cell again.
-import { frameText, isSilent, markBytes, markSignals } from "/static/trace/texts.js";
+import { frameText, isSilent, markBytes, markSignals } from "./texts.js";
 
 /** Another text of a cell; false where it is the same. */
 function put(cell, text) {

@@ -1,5 +1,5 @@
 // The filter as it is typed, and the direction beside it; both are remembered.
-import { remember, remembered } from "/static/base/base.js";
+import { remember, remembered } from "../base/base.js";
 
 const PAUSE_MS = 120; // after the last letter
 

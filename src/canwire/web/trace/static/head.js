@@ -1,6 +1,6 @@
 // What an answer's head says beside the rows: what is missing, what is wrong with the filter, how far it is.
-import { word } from "/static/base/base.js";
-import { refused } from "/static/trace/colours.js";
+import { word } from "../base/base.js";
+import { refused } from "./colours.js";
 
 const element = (id) => document.getElementById(id);
 const MANY = 100_000; // rows that are left to look at

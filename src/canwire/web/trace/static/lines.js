@@ -1,6 +1,6 @@
 // Which lines are watched: those that were chosen, else one of each bus, one that runs if there is one.
-import { remember, remembered, word } from "/static/base/base.js";
-import { busesAre } from "/static/databases/databases.js";
+import { remember, remembered, word } from "../base/base.js";
+import { busesAre } from "../databases/databases.js";
 
 const LOOK_MS = 2000;
 const MOST_SAID = 3; // lines of which it is said why nothing comes

@@ -1,7 +1,7 @@
 // Logs: one that is opened or dropped here is looked at as the hub's lines are; what is shown is saved in any format.
-import { decimal, say, word } from "/static/base/base.js";
-import { post } from "/static/base/forms.js";
-import { ENDINGS, openDatabase } from "/static/databases/databases.js";
+import { decimal, say, word } from "../base/base.js";
+import { post } from "../base/forms.js";
+import { ENDINGS, openDatabase } from "../databases/databases.js";
 
 const element = (id) => document.getElementById(id);
 const choice = element("source");

@@ -1,5 +1,5 @@
 // Names of frames by the bus of their line, as the databases that are open have them.
-import { word } from "/static/base/base.js";
+import { word } from "../base/base.js";
 
 const described = document.getElementById("described");
 

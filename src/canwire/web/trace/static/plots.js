@@ -1,5 +1,5 @@
 // Curves of signals in one time axis with the trace: several, each with a separate axis, zoomed by dragging.
-import { decimal, localised, word } from "/static/base/base.js";
+import { decimal, localised, word } from "../base/base.js";
 
 const LOOK_MS = 500;
 const WINDOW_S = 30; // that is followed

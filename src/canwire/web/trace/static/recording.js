@@ -1,6 +1,6 @@
 // The recording into a file at the server: begun and ended here, and how far it is.
-import { say, word } from "/static/base/base.js";
-import { post } from "/static/base/forms.js";
+import { say, word } from "../base/base.js";
+import { post } from "../base/forms.js";
 
 const button = document.getElementById("record");
 const files = document.getElementById("recordings");

@@ -1,6 +1,6 @@
 // Rows of 88 bytes as the server sends them, and what a row says in words.
 
-import { decimal, word } from "/static/base/base.js";
+import { decimal, word } from "../base/base.js";
 
 export const ROW_BYTES = 88;
 const EXTRA_BYTES = 96;

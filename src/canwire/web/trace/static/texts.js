@@ -1,5 +1,5 @@
 // The texts of a row's cells.
-import { decimal, localised, word } from "/static/base/base.js";
+import { decimal, localised, word } from "../base/base.js";
 
 const SILENT_S = 2;
 const FRESH = 100; // hundredths of a second for which a changed byte can be seen

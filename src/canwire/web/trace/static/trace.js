@@ -1,20 +1,20 @@
 // The trace: shows the part of the server's rows that fits on the screen, by time or by identifier.
-import { remember, remembered, say, typing, word } from "/static/base/base.js";
-import { rules } from "/static/trace/colours.js";
-import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "/static/trace/columns.js";
-import { FilterField } from "/static/trace/filter.js";
-import { showHead } from "/static/trace/head.js";
-import { LinesChosen } from "/static/trace/lines.js";
-import { List } from "/static/trace/list.js";
-import { Marks } from "/static/trace/marks.js";
-import { menu } from "/static/trace/menu.js";
-import { Names } from "/static/trace/names.js";
-import { Plots } from "/static/trace/plots.js";
-import { offerMarked, replays, save, sources } from "/static/trace/logs.js";
-import { record } from "/static/trace/recording.js";
-import { fillRow } from "/static/trace/filling.js";
-import { makeTexts } from "/static/trace/texts.js";
-import { Viewing } from "/static/trace/viewing.js";
+import { remember, remembered, say, typing, word } from "../base/base.js";
+import { rules } from "./colours.js";
+import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "./columns.js";
+import { FilterField } from "./filter.js";
+import { showHead } from "./head.js";
+import { LinesChosen } from "./lines.js";
+import { List } from "./list.js";
+import { Marks } from "./marks.js";
+import { menu } from "./menu.js";
+import { Names } from "./names.js";
+import { Plots } from "./plots.js";
+import { offerMarked, replays, save, sources } from "./logs.js";
+import { record } from "./recording.js";
+import { fillRow } from "./filling.js";
+import { makeTexts } from "./texts.js";
+import { Viewing } from "./viewing.js";
 
 const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);

@@ -1,6 +1,6 @@
 // What this viewer looks at, and the rows on its screen, asked for one answer at a time: the server keeps all of them.
-import { live } from "/static/base/base.js";
-import { Rows } from "/static/trace/rows.js";
+import { live } from "../base/base.js";
+import { Rows } from "./rows.js";
 
 const MARGIN = 40; // rows above and below the screen, for scrolling
 
