@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import canwire
+from canwire import LinePlace, LineStatus, every_line, lines_now
 from tests import warm
 from tests.hubs import LONG_S, Served
 from tests.missing import find_program
@@ -48,10 +49,15 @@ class Bench:
 
         A channel is there before it is active, and before the program's call that asked for it has returned.
         """
-        channels, held = self.channels(), self.held()
+        before = self._lines()
 
         def hears() -> bool:
-            return self.channels() >= channels + ports and self.held() <= held and self.servers_wait()
+            now = self._lines()
+            return (
+                channels_of(now) >= channels_of(before) + ports
+                and held_of(now) <= held_of(before)
+                and self.servers_wait()
+            )
 
         process = self.start(*words, options=options, **more)
         self.until(lambda: hears() or process.poll() is not None)
@@ -84,12 +90,10 @@ class Bench:
 
     def channels(self) -> int:
         """Of all CAN lines together."""
-        return sum(place.status(self.hub).channels for place in canwire.every_line(self.hub, "CAN"))
+        return channels_of(self._lines())
 
-    def held(self) -> set[str]:
-        """The CAN lines whose control somebody has."""
-        lines = canwire.every_line(self.hub, "CAN")
-        return {place.address for place in lines if place.status(self.hub).control_holder}
+    def _lines(self) -> list[tuple[LinePlace, LineStatus]]:
+        return lines_now(self.hub, every_line(self.hub, "CAN"))
 
     def servers_wait(self) -> bool:
         """Whether the servers of all programs wait for requests: what was asked of them before is done."""
@@ -124,6 +128,16 @@ class Bench:
         )
         self._processes.append(process)
         return process
+
+
+def channels_of(lines: list[tuple[LinePlace, LineStatus]]) -> int:
+    """Of all these lines together."""
+    return sum(status.channels for _, status in lines)
+
+
+def held_of(lines: list[tuple[LinePlace, LineStatus]]) -> set[str]:
+    """The ones whose control somebody has."""
+    return {place.address for place, status in lines if status.control_holder}
 
 
 def finished(process: Process) -> str:
