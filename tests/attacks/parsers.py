@@ -6,6 +6,8 @@ A parser takes bytes and raises nothing but what its row names; whatever else co
 
 from __future__ import annotations
 
+import atexit
+import shutil
 import tempfile
 from collections.abc import Callable
 from functools import cache
@@ -43,7 +45,9 @@ def scratch(suffix: str) -> Path:
     """A file for parsers that want one; in memory where there is such a place."""
     memory = Path("/dev/shm")
     folder = memory if memory.is_dir() else None
-    return Path(tempfile.mkdtemp(prefix="canwire-parsers-", dir=folder)) / f"input{suffix}"
+    made = tempfile.mkdtemp(prefix="canwire-parsers-", dir=folder)
+    atexit.register(shutil.rmtree, made, ignore_errors=True)  # memory is not given back by itself
+    return Path(made) / f"input{suffix}"
 
 
 def by_file(suffix: str, parse: Callable[[Path], object]) -> Callable[[bytes], object]:

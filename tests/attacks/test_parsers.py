@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 
 from canwire import BadConfig
 from canwire.boards.config.configuration import Config
+from tests import warm
 from tests.attacks.parsers import PARSERS
 from tests.cases import each
 
@@ -65,6 +68,15 @@ def test_it_refuses_in_its_own_words(name: str) -> None:
             parser.run(data)
 
     attack()
+
+
+def test_their_files_go_with_the_process_that_has_them() -> None:
+    """Each run had left some in memory: sixteen hundred in a day."""
+    program = "from tests.attacks.parsers import scratch; print(scratch('.txt').parent)"
+    root = Path(__file__).parents[2]
+    done = warm.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
+    assert "canwire-parsers-" in done.stdout
+    assert not Path(done.stdout.strip()).exists()
 
 
 def test_half_a_character_is_no_configuration() -> None:
