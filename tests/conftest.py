@@ -29,7 +29,7 @@ for _chosen in (
     os.environ.pop(_chosen, None)
 
 # programs in C leave no warm process behind: tests/native/test_warm.py
-os.environ.setdefault("CANWIRE_HELPER_STAYS", "0")
+os.environ["CANWIRE_HELPER_STAYS"] = "0"
 # numpy's own threads, which nothing here needs, keep a core busy for a tenth of a second in each program that loads it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

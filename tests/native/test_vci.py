@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -40,11 +42,16 @@ def test_windows_functions_without_any_hub(native: Native) -> None:
     assert "Windows' functions" in native.run(native.build("windows.c"))
 
 
-def waiting(native: Native, hub: Served) -> subprocess.Popen[str]:
-    process = native.start(native.build("waits.cpp", "vciapi"), hub.address)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "waiting\n"
-    return process
+@contextmanager
+def waiting(native: Native, hub: Served) -> Iterator[subprocess.Popen[str]]:
+    """A program that waits for a frame; it ends with the test, also with one that fails."""
+    with native.start(native.build("waits.cpp", "vciapi"), hub.address) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "waiting\n"
+            yield process
+        finally:
+            process.kill()
 
 
 def helper_of(process: subprocess.Popen[str]) -> int:
