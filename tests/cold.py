@@ -1,11 +1,13 @@
-"""What programs of python-can that start cold find on PYTHONPATH: our entry points, and no asammdf."""
+"""Programs that tests start: pytest's words, and what cold ones of python-can find on PYTHONPATH."""
 
 from __future__ import annotations
 
+import sys
 import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+PYTEST = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
 WITHOUT = 'raise ImportError("left out: for it python-can would load pandas at each start, 0.4 s of the processor")\n'
 
 

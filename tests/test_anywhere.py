@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests import missing
+from tests.cold import PYTEST
 from tests.conftest import hear_signals
 from tests.hubs import LONG_S
 
@@ -31,7 +32,7 @@ def test_programs_hear_signals_that_are_ignored_here() -> None:
 
 
 CHOSEN = """
-import canwire, os
+import canwire
 def test_it_finds_a_hub_of_this_process_as_usual():
     with canwire.connect() as hub:
         assert hub.address == ""
@@ -52,20 +53,9 @@ def test_what_a_user_has_chosen_and_runs_is_not_there(tmp_path: Path) -> None:
             "CANWIRE_HUB": "/not/there.sock",
             "XDG_RUNTIME_DIR": str(tmp_path),
         }
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-n",
-            "0",
-            "--rootdir",
-            str(tmp_path),
-        ]
+        command = [*PYTEST, "-n", "0", "--rootdir", str(tmp_path), "-c", os.devnull]
         done = subprocess.run(
-            [*command, "-c", os.devnull, "-p", "tests.conftest", str(tmp_path / "test_chosen.py")],
+            [*command, "-p", "tests.conftest", str(tmp_path / "test_chosen.py")],
             cwd=root.parent,
             env={**os.environ, **strange},
             capture_output=True,

@@ -48,9 +48,8 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     clone, made = tmp_path_factory.mktemp("clone") / "canwire", tmp_path_factory.mktemp("unpacked")
     shutil.copytree(ROOT, clone, ignore=NOT_TAKEN)
     shutil.copytree(ROOT / ".ci", clone / ".ci")
-    run(
-        "setup.py", "-q", "sdist", "--formats", "tar", "--dist-dir", str(made), home=clone
-    )  # unpacked at once
+    sdist = ("sdist", "--formats", "tar")  # not compressed, as it is unpacked here
+    run("setup.py", "-q", *sdist, "--dist-dir", str(made), home=clone)
     (archive,) = made.glob("canwire-*.tar")
     with tarfile.open(archive) as tar:
         tar.extractall(made, filter="data")

@@ -55,7 +55,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def canwire_lab(request: pytest.FixtureRequest) -> Iterator[Lab]:
     """A lab in virtual time, closed after the test; its buses keep their last frames."""
-    request.node.stash[_LAB] = bench = _remembering_lab()()
+    request.node.stash[_LAB] = bench = _lab_type()()
     with bench:
         yield bench
     del request.node.stash[_LAB]  # pytest keeps the tests, but no lab needs to stay in memory
@@ -210,7 +210,7 @@ def describe_lin(bus: LabLinBus) -> str:
 
 
 @cache
-def _remembering_lab() -> type[Lab]:
+def _lab_type() -> type[Lab]:
     from canwire import Lab
 
     class RememberingLab(Lab):

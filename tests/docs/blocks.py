@@ -8,12 +8,12 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests import warm
+from tests.cold import PYTEST
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(
@@ -115,17 +115,7 @@ def run_tests(home: Path) -> str:
 
     AssertionError if one fails. README's test runs with all that are installed, as a user's does.
     """
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "canwire.pytest_plugin",
-        ".",
-    ]
+    command = [*PYTEST, "-p", "canwire.pytest_plugin", "."]
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     ended = warm.run(command, cwd=home, env=environment, capture_output=True, text=True, timeout=LONG_S)
     assert ended.returncode == 0, ended.stdout + ended.stderr

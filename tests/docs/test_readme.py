@@ -7,13 +7,13 @@ import io
 import json
 import select
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from canwire.commands import main
+from tests.cold import PYTEST
 from tests.docs.blocks import ROOT, blocks
 from tests.docs.test_five_programs import Terminals, line
 
@@ -47,7 +47,7 @@ def test_three_lines_to_a_bus() -> None:
 @pytest.mark.conforms("N-15")
 def test_in_your_tests(tmp_path: Path) -> None:
     (tmp_path / "test_device.py").write_text(DEVICE + TEST)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."]
+    command = [*PYTEST, "."]
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert "1 passed" in ended.stdout, ended.stdout + ended.stderr
 

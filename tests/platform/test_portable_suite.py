@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from canwire.platform import PORTABLE
+from tests.cold import PYTEST
 
 ROOT = Path(__file__).parent.parent.parent
 PART = (
@@ -52,7 +52,7 @@ LONGEST_S = 1800  # beside other work; ten seconds by itself
 def test_the_links_and_handles_of_hubs(tmp_path: Path) -> None:
     environment = os.environ | {"CANWIRE_PLATFORM": "portable", "CANWIRE_TESTS_RUNTIME": str(tmp_path)}
     tmp_path.chmod(0o700)
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *PART, *ALIKE]
+    command = [*PYTEST, "-n", "0", *PART, *ALIKE]
     done = subprocess.run(
         command,
         cwd=ROOT,

@@ -22,7 +22,7 @@ from tests.warm.link import Server, share
 
 __all__ = ["Popen", "ready", "run", "share", "write_script"]
 
-# with the modules below others (socket, signal), as loading those takes longer than all that this does
+# _socket and _signal are what socket and signal are built on: loading these takes longer than all the rest
 _ASKS = """#!{python} -ISB
 import _signal, _socket, marshal, os, sys
 words = ["-m", "canwire", *sys.argv[1:]]

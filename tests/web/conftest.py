@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from unittest import mock
 
 import pytest
 
@@ -20,6 +21,7 @@ httpx = pytest.importorskip("httpx2")
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 
+from canwire.web import server  # noqa: E402
 from canwire.web.link import NAME  # noqa: E402
 from canwire.web.server import Site  # noqa: E402
 
@@ -54,10 +56,8 @@ def usual_port() -> int:
 def served_site(address: str, databases: Iterable[str] = (), *, viewers: bool = True) -> Iterator[Site]:
     """The page of the hub at this address, served by a thread of this process; everybody may look."""
     with canwire.connect(address, name=NAME) as hub:
-        try:
-            site = Site(hub, epoch_ns, port=usual_port(), databases=databases, viewers=viewers)
-        except canwire.BadValue:  # another page is served there
-            site = Site(hub, epoch_ns, databases=databases, viewers=viewers)
+        with mock.patch.object(server, "USUAL_PORT", usual_port()):  # each worker has another one
+            site = Site(hub, epoch_ns, port=None, databases=databases, viewers=viewers)
         thread = threading.Thread(target=site.run)
         thread.start()
         try:

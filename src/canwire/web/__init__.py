@@ -8,7 +8,7 @@ How to add a view: a view is a folder here, `web/NAME/`, and a row in `views.py`
     web/NAME/words/en.toml   every text of the view: t("NAME.key") in templates, word("NAME.key") in scripts
     web/NAME/words/de.toml   the same keys in German (tests/web/test_words.py reports missing ones)
     web/NAME/static/...      scripts and styles; View's `scripts` and `styles` name them, and they import each other by
-                             relative paths, since files.py changes the address at each start with other ones
+                             relative paths, since their address (files.py) changes with what is in them
 
 `web/boards/` is the model. The code of a view can use:
 
