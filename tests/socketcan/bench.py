@@ -97,11 +97,11 @@ class Bench:
 
     def servers_wait(self) -> bool:
         """Whether the servers of all programs wait for requests: what was asked of them before is done."""
-        programs = {process.pid for process in self._processes}
+        others = {os.getpid(), *(process.pid for process in self._processes)}
         for process in map(int, filter(str.isdigit, os.listdir("/proc"))):
             with suppress(OSError):  # it has ended, or is another user's
                 place = Path("/proc", str(process))
-                if process in programs or os.getsid(process) != process:
+                if process in others or os.getsid(process) != process:
                     continue
                 # else it works, or waits for the hub's answer
                 waits = "poll" in (place / "wchan").read_text()
