@@ -11,10 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Unsupported
-from canwire.socketcan.launch import shim
-from tests.hubs import LONG_S, serving
-from tests.socketcan.bench import Bench, need
+from tests.hubs import LONG_S
+from tests.socketcan.bench import Bench, need, on_a_hub_of_its_own
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGE = (ROOT / "docs" / "socketcan.md").read_text(encoding="utf-8")
@@ -24,14 +22,7 @@ PROGRAMS = dict(re.findall(r"<!-- program: (\S+) -->\n```python\n(.*?)^```$", PA
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    try:
-        shim()
-    except Unsupported as error:
-        pytest.skip(str(error))
-    with serving(tmp_path) as served:
-        made = Bench(served, tmp_path)
-        yield made
-        made.close()
+    yield from on_a_hub_of_its_own(tmp_path)
 
 
 @pytest.mark.conforms("PL-12", "N-21")

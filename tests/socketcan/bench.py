@@ -8,15 +8,17 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import canwire
-from canwire import LinePlace, LineStatus, every_line, lines_now
+from canwire import LinePlace, LineStatus, Unsupported, every_line, lines_now
 from tests import warm
-from tests.hubs import LONG_S, Served
+from tests.hubs import LONG_S, Served, serving
 from tests.missing import find_program
 
 Process = subprocess.Popen[str]
@@ -128,6 +130,24 @@ class Bench:
         )
         self._processes.append(process)
         return process
+
+
+def on_a_hub_of_its_own(home: Path, time: str = "fast") -> Iterator[Bench]:
+    """For a fixture; the hub has the usual boards. Skips the test where `canwire run` cannot be."""
+    if sys.platform != "linux":
+        pytest.skip("SocketCAN programs are Linux's")
+    from canwire.socketcan.launch import shim
+
+    try:
+        shim()
+    except Unsupported as error:
+        pytest.skip(str(error))
+    with serving(home, time=time) as served:
+        made = Bench(served, home)
+        try:
+            yield made
+        finally:
+            made.close()
 
 
 def channels_of(lines: list[tuple[LinePlace, LineStatus]]) -> int:
