@@ -22,9 +22,8 @@ class Sensor(NodeScript):
         self.send(Frame(0x280, self.count.to_bytes(2, "big")))
 
 
-def main(path: Path | None = None) -> int:
+def record(path: Path) -> int:
     """How many frames the log has, read back."""
-    path = path or Path(tempfile.mkdtemp()) / "recording.log"
     with Lab() as lab, path.open("w") as log:
         bus = lab.can_bus("can0", bit_rate=500_000)
         bus.node("sensor", Sensor())
@@ -36,6 +35,14 @@ def main(path: Path | None = None) -> int:
     lines = [parse_log_line(line) for line in path.read_text().splitlines()]
     print(f"{path.name}: {len(lines)} frames, the last {format_log_line(lines[-1])}")
     return len(lines)
+
+
+def main(path: Path | None = None) -> int:
+    """Without a name the log is gone at the end."""
+    if path is not None:
+        return record(path)
+    with tempfile.TemporaryDirectory() as folder:
+        return record(Path(folder) / "recording.log")
 
 
 if __name__ == "__main__":
