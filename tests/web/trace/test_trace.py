@@ -321,6 +321,45 @@ def test_the_menu_of_a_row_that_has_gone_out_of_sight(browser: Browser, site: Si
         assert page.locator("#filter").input_value() == "id:101"
 
 
+def test_a_row_by_identifier_that_a_new_one_moves(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    """Its menu, which is open, and its choice are not the moved row's neighbour's."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with sender(hub) as channel, tab_on_trace(browser, site, address) as page:
+        page.get_by_role("button", name="By identifier").click()
+        for identifier in (0x300, 0x400):
+            channel.send(Frame(identifier), timeout=LONG_S)
+        rows = page.locator("#body .trace-row:not([hidden])")
+        rows.filter(has_text="400").wait_for()
+        rows.filter(has_text="300").click(button="right")
+        channel.send(Frame(0x200), timeout=LONG_S)
+        rows.filter(has_text="200").wait_for()
+        assert page.locator("#body .trace-row[aria-selected=true] .c-id").all_inner_texts() == ["300"]
+        page.get_by_role("menuitem", name="Open").click()
+        page.locator("#opened", has_text="300").wait_for()
+        rows.filter(has_text="300").click(button="right")
+        channel.send(Frame(0x100), timeout=LONG_S)
+        rows.filter(has_text="100").wait_for()
+        page.get_by_role("menuitem", name="Only this").click()
+        page.locator('#grid[data-filter="id:300"]').wait_for()
+
+
+def test_a_chosen_row_by_time_while_the_oldest_go(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    """Row 7 is the seventh of the list, then the second, then gone."""
+    address = canwire.find_lines(hub, "can0")[0].address
+    with tab_on_trace(browser, site, address) as page:
+        found = page.evaluate("""async () => {
+            const { src } = document.querySelector("script[src*='trace/trace.js']");
+            const { Known } = await import(src.replace("trace.js", "known.js"));
+            const list = { dropped() {} };
+            const known = new Known(list, { rows: { has: () => false } }, () => false);
+            return [0, 5, 9].map((gone) => {
+                known.answered({ gone });
+                return [known.indexOf({ place: 7 }), known.placeOf(2)];
+            });
+        }""")
+    assert found == [[7, 2], [2, 7], [-1, 11]]
+
+
 @pytest.mark.finding("page 13")
 def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: canwire.Hub) -> None:
     address = canwire.find_lines(hub, "can0")[0].address

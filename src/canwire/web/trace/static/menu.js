@@ -1,8 +1,11 @@
 // What can be done with a row: by the other mouse button, the menu key, or Shift+F10.
 
-/** `chosen(index)` when it opens at a row, `act(what, index)` when something is taken, `selected()` for the keyboard. */
+/**
+ * `chosen(index)` when it opens at a row: what is known of it, for its index may change meanwhile, or null. `act(what, row)`
+ * gets that when something is taken; `selected()` is the index for the keyboard.
+ */
 export function menu(body, place, chosen, act, selected) {
-  let index = -1;
+  let chosenRow = null;
   const close = () => { place.hidden = true; };
   const openAt = (x, y) => {
     place.hidden = false;
@@ -12,10 +15,11 @@ export function menu(body, place, chosen, act, selected) {
   };
   body.addEventListener("contextmenu", (event) => {
     const row = event.target.closest(".trace-row");
-    index = row ? row.index : selected();
+    const index = row ? row.index : selected();
     if (index < 0) return;
     event.preventDefault();
-    chosen(index);
+    chosenRow = chosen(index);
+    if (!chosenRow) return;
     const box = (row ?? body).getBoundingClientRect();
     openAt(event.clientX || box.left + 40, event.clientY || box.top + 20);
   });
@@ -23,7 +27,7 @@ export function menu(body, place, chosen, act, selected) {
     const what = event.target.closest("button")?.dataset.what;
     close();
     body.focus();
-    if (what) act(what, index);
+    if (what) act(what, chosenRow);
   });
   place.addEventListener("keydown", (event) => {
     const buttons = [...place.querySelectorAll("button")];

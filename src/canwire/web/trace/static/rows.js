@@ -94,6 +94,18 @@ export class Rows {
     return this.view.getUint32(this.at(place) + 12, true);
   }
 
+  /** Equal for rows of one frame, as by identifier: identifiers.py's `_keys`. */
+  key(place) {
+    const format = this.info(place) & (this.lin(place) ? 1 << 27 : 7 << 21 | 1 << 10);
+    return [this.line(place), this.kind(place), this.id(place), format].join();
+  }
+
+  /** The place of the row with this key; -1 if it is none of these. */
+  find(key) {
+    for (let place = this.first; place < this.end; place += 1) if (this.key(place) === key) return place;
+    return -1;
+  }
+
   line(place) {
     return this.view.getUint16(this.at(place) + 80, true);
   }

@@ -4,6 +4,7 @@ import { rules } from "./colours.js";
 import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "./columns.js";
 import { FilterField } from "./filter.js";
 import { showHead } from "./head.js";
+import { Known } from "./known.js";
 import { LinesChosen } from "./lines.js";
 import { List } from "./list.js";
 import { Marks } from "./marks.js";
@@ -18,7 +19,7 @@ import { Viewing } from "./viewing.js";
 
 const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);
-const state = { mode: remembered("trace.mode", "time"), columns: [], gone: 0, dirty: false, pausedHead: null, selected: null };
+const state = { mode: remembered("trace.mode", "time"), columns: [], dirty: false, pausedHead: null, opening: null };
 const marks = new Marks();
 const names = new Names(() => columns());
 let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
@@ -30,44 +31,39 @@ const viewing = new Viewing(answered, wanted, (there) => {
 const { rows } = viewing;
 const texts = makeTexts(viewing, names);
 const byFrame = () => state.mode === "id";
+const known = new Known(list, viewing, byFrame);
 
 /** Which rows the screen needs; -1: the newest. */
 function wanted() {
   const room = Math.ceil(list.room) + 2;
   if (!byFrame() && list.follow) return { at: -1, rows: room, byFrame: false };
-  return { at: Math.floor(list.first) + (byFrame() ? 0 : state.gone), rows: room, byFrame: byFrame() };
+  return { at: Math.floor(list.first) + (byFrame() ? 0 : known.gone), rows: room, byFrame: byFrame() };
 }
 
 function answered(head) {
   showHead(head, viewing.look.filter);
   if (head.lines) lines.told(head.lines);
   names.look(head.databases, viewing.lines.map((line) => line.bus));
-  if (!byFrame() && head.gone > state.gone) list.dropped(head.gone - state.gone);
-  state.gone = head.gone;
+  known.answered(head);
   if (head.found !== undefined) found(head.found);
   draw();
-  if (state.opening != null && rows.has(placeOf(state.opening))) open(state.opening);
+  if (state.opening !== null && rows.has(state.opening)) show(known.at(state.opening));
 }
 
 function found(place) {
-  if (place < 0 || place < state.gone) {
+  if (place < 0 || place < known.gone) {
     say(word("trace.not-found", { text: element("search").value }), true);
     return;
   }
   list.setFollow(false);
-  list.count = Math.max(list.count, viewing.head.count - state.gone);
-  list.select(place - state.gone, false);
-}
-
-/** The place of the index-th row of the list. */
-function placeOf(index) {
-  return byFrame() ? index : index + state.gone;
+  list.count = Math.max(list.count, viewing.head.count - known.gone);
+  list.select(place - known.gone, false);
 }
 
 function fill(row, index) {
   const shown = { texts, marks, columns: state.columns, signals: viewing.head?.signals, byFrame: byFrame() };
-  if (index === list.selected) state.selected = known(index);
-  fillRow(row, rows, placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
+  if (index === list.selected) known.selected = known.of(index);
+  fillRow(row, rows, known.placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
 function draw() {
@@ -111,7 +107,7 @@ function setMode(mode) {
   element("mode-time").setAttribute("aria-pressed", String(mode === "time"));
   element("mode-id").setAttribute("aria-pressed", String(mode === "id"));
   list.selected = -1;
-  state.selected = null;
+  known.selected = state.opening = null;
   list.begin(mode === "time" && !state.paused);
   rows.set(new ArrayBuffer(0), 0, 0, 0);
   columns();
@@ -138,14 +134,17 @@ function keep(look) {
   viewing.change(kept);
 }
 
-async function open(index) {
-  const place = placeOf(index);
-  state.opening = rows.has(place) ? null : index; // it is opened when its row has come
-  if (state.opening !== null) return;
-  const query = new URLSearchParams({ record: rows.hex(place), source: viewing.look.source, bus: viewing.busOf(rows.line(place)) });
-  if (rows.kind(place) === 2 && !byFrame()) query.set("number", rows.number(place));
+function open(index) {
+  const row = known.of(index);
+  state.opening = known.placeOf(index); // it is opened when its row has come
+  if (row) show(row);
+}
+
+async function show(row) {
+  state.opening = null;
+  const { query } = row;
   state.opened = query;
-  state.frame = rows.frame(place) ? { line: rows.line(place), id: rows.idText(place) } : null;
+  state.frame = row.frame;
   const answer = await fetch(`/trace/row?${query}`);
   if (state.opened !== query) return; // another one was opened meanwhile
   if (!answer.ok) {
@@ -155,20 +154,21 @@ async function open(index) {
   element("opened").innerHTML = await answer.text();
   element("details").hidden = false;
   list.setFollow(false);
-  list.select(index, false); // which may have got out of sight: the list may be lower now
+  const index = known.indexOf(row);
+  if (index >= 0) list.select(index, false); // which may have got out of sight: the list may be lower now
 }
 
 function search(text, step) {
   if (!text.trim()) return;
   if (byFrame()) setMode("time");
   list.setFollow(false);
-  const begin = list.selected < 0 ? (step > 0 ? -1 : viewing.head.count) : placeOf(list.selected);
+  const begin = list.selected < 0 ? (step > 0 ? -1 : viewing.head.count) : known.placeOf(list.selected);
   viewing.jump({ find: text, begin: Math.max(begin, -1), step });
 }
 
 const filter = new FilterField((look) => {
   list.selected = -1;
-  state.selected = null;
+  known.selected = null;
   list.setFollow(!byFrame() && !state.paused);
   viewing.change(look);
 });
@@ -210,7 +210,7 @@ const plots = new Plots(() => viewing.look.source, () => state.paused, (time) =>
 });
 element("body").addEventListener("click", (event) => {
   const signal = event.target.closest("[data-signal]");
-  const place = signal && placeOf(signal.closest(".trace-row").index);
+  const place = signal && known.placeOf(signal.closest(".trace-row").index);
   if (!signal || !rows.has(place)) return;
   plots.add({ line: rows.line(place), id: rows.idText(place), signal: signal.dataset.signal });
   event.stopPropagation();
@@ -220,22 +220,14 @@ element("opened").addEventListener("click", (event) => {
   if (signal && state.frame) plots.add({ ...state.frame, signal: signal.dataset.signal });
 });
 
-/** What is known of a row in sight, or of the selected one, which may have gone out of sight meanwhile; else null. */
-function known(index) {
-  const place = placeOf(index);
-  if (rows.has(place)) return { place, number: rows.number(place), id: rows.idText(place) };
-  return state.selected?.place === place ? state.selected : null;
-}
-
-function toggleMark(index) {
-  const row = known(index);
+function toggleMark(row) {
   if (!row) return;
   marks.toggle(row.number);
   draw();
 }
 
 function nextMark(step) {
-  const near = marks.next(known(list.selected)?.number ?? -1, step);
+  const near = marks.next(known.of(list.selected)?.number ?? -1, step);
   if (near === null) say(word("trace.no-marks"), true);
   else {
     list.setFollow(false);
@@ -243,12 +235,14 @@ function nextMark(step) {
   }
 }
 
-menu(element("body"), element("row-menu"), (index) => list.select(index, false), (what, index) => {
-  const id = known(index)?.id;
-  if (what === "mark") toggleMark(index);
-  else if (what === "open") open(index);
-  else if (id) {
-    const part = `id:${id}`;
+menu(element("body"), element("row-menu"), (index) => {
+  list.select(index, false);
+  return known.of(index);
+}, (what, row) => {
+  if (what === "mark") toggleMark(row);
+  else if (what === "open") show(row);
+  else if (row.id) {
+    const part = `id:${row.id}`;
     const before = element("filter").value.trim();
     filter.set(what === "only" ? part : [before, `!${part}`].filter(Boolean).join(", "), true);
   }
@@ -259,7 +253,7 @@ const KEYS = {
   "/": () => element("search").focus(),
   f: () => element("filter").focus(),
   o: () => setMode(byFrame() ? "time" : "id"),
-  m: () => { if (list.selected >= 0) toggleMark(list.selected); },
+  m: () => { if (list.selected >= 0) toggleMark(known.of(list.selected)); },
   n: () => nextMark(1),
   N: () => nextMark(-1),
   e: () => search("error", 1),
