@@ -36,6 +36,13 @@ class Windows(NamedTuple):
         """What this verb says."""
         return self.run("-m", "canwire", *words)
 
+    def done(self, *words: str) -> str:
+        """The same of one that has to end well."""
+        program = self.start("-m", "canwire", *words)
+        said, _ = program.communicate(timeout=LONG_S)
+        assert program.returncode == 0, f"canwire {' '.join(words)} ended with {program.returncode}: {said}"
+        return said
+
 
 class Console:
     """A program of Windows in a console of its own, which a pseudo terminal of Linux shows."""

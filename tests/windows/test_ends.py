@@ -32,7 +32,7 @@ def test_ctrl_c_ends_a_hub_and_what_listens_there(
     address = windows.path(tmp_path / "hub")
     hub = console("serve", "--time", "fast", "--socket", address)
     hub.wait_for("canwire hub on")
-    windows.canwire("up", "HW000002:0", "--hub", address)
+    windows.done("up", "HW000002:0", "--hub", address)
     log = tmp_path / "a log.asc"
     record = console("record", "HW000002:0", windows.path(log), "--hub", address)
     gen = console("gen", "HW000001:0", "--hub", address)

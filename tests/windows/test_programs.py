@@ -81,7 +81,7 @@ def test_interfaces_each_in_a_process_of_its_own(windows: Windows, tmp_path: Pat
         for program in programs.values():
             line_of(program, "ready")
         (go,) = re.findall(r"^\$ canwire (send .*)$", page, re.MULTILINE)
-        windows.canwire(*go.split())
+        windows.done(*go.split())
     expected = SHOWN.findall(page)[0].splitlines()
     for number, program in programs.items():
         assert program.stdout is not None

@@ -93,7 +93,7 @@ def unexpected(said: dict[str, str], expected: dict[str, str]) -> dict[str, str]
 
 
 def test_what_one_sends_another_shows(windows: Windows, hub: str) -> None:
-    windows.canwire("up", "HW000002:0", "--hub", hub)
+    windows.done("up", "HW000002:0", "--hub", hub)
     dump = windows.start("-m", "canwire", "dump", "HW000002:0", "--hub", hub, "--count", "1")
     while dump.poll() is None:  # it listens as soon as it has begun, of which it says nothing
         windows.canwire("send", BEGINS, "123#1122", "--hub", hub)
