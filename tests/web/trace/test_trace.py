@@ -16,7 +16,7 @@ from canwire.web.server import Site
 from canwire.web.trace.store.rows import rows_of
 from tests.cases import each
 from tests.hubs import LONG_S, served_here
-from tests.web.conftest import holds, served_site
+from tests.web.conftest import at, holds, served_site, tab
 from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
 
 if TYPE_CHECKING:
@@ -341,6 +341,24 @@ def test_a_row_by_identifier_that_a_new_one_moves(browser: Browser, site: Site, 
         rows.filter(has_text="100").wait_for()
         page.get_by_role("menuitem", name="Only this").click()
         page.locator('#grid[data-filter="id:300"]').wait_for()
+
+
+def test_a_line_that_comes_to_run_hides_no_rows(browser: Browser, site: Site, hub: canwire.Hub) -> None:
+    """Who has chosen no lines goes on watching the one that runs, though an earlier one of its bus has come to run."""
+    first, second, *_ = canwire.find_lines(hub, "can0")
+    mode = WantedMode(500_000).mode(first.info.capabilities)
+    with canwire.start_line(hub, second, mode), tab(browser, at(site, "trace")) as page:
+        lines = page.locator("#lines")
+        lines.locator("label.running", has_text=second.address).wait_for()
+        page.locator("body[data-listening=yes]").wait_for()
+        with canwire.start_line(hub, first, mode), hub.open_channel(first.board.id, first.line) as channel:
+            channel.set_up(ChannelMode(receive=8, transmit=8))
+            channel.activate()
+            channel.send(Frame(0x101, b"\x11\x22"), timeout=LONG_S)
+            page.locator("#body .trace-row", has_text="11 22").wait_for()
+            lines.locator("label.running", has_text=first.address).wait_for()
+            assert not lines.get_by_label(first.address).is_checked()
+            assert lines.get_by_label(second.address).is_checked()
 
 
 def test_a_chosen_row_by_time_while_the_oldest_go(browser: Browser, site: Site, hub: canwire.Hub) -> None:

@@ -58,7 +58,7 @@ export class LinesChosen {
     const there = told.lines.map((line) => line.address);
     const chosen = this.chosen?.filter((one) => there.includes(one));
     const pulled = this.watched.filter((one) => !there.includes(one)); // named until it is back, or others are chosen
-    this.set([...(chosen?.length ? chosen : this.source ? there : usual(told.lines)), ...pulled]);
+    this.set([...(chosen?.length ? chosen : this.source ? there : usual(told.lines, this.watched)), ...pulled]);
     this.show(told.lines);
   }
 
@@ -137,12 +137,14 @@ export class LinesChosen {
   }
 }
 
-function usual(lines) {
+/** One that runs, of these the watched one: the rows of a line go out of sight with it. */
+function usual(lines, watched) {
+  const rank = (line) => 2 * line.running + watched.includes(line.address);
   const byBus = new Map();
   for (const line of lines) {
     if (!line.bus && lines.some((one) => one.bus)) continue; // on no bus nothing happens
     const kept = byBus.get(line.bus);
-    if (!kept || (line.running && !kept.running)) byBus.set(line.bus, line);
+    if (!kept || rank(line) > rank(kept)) byBus.set(line.bus, line);
   }
   return [...byBus.values()].map((line) => line.address);
 }
