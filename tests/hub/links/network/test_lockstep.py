@@ -189,3 +189,19 @@ def test_a_stir_comes_once_however_often_the_network_drops_or_repeats_it() -> No
     assert (here.unconfirmed, there.report(0)) == (False, None)
     with pytest.raises(BadMessage, match="of 2 stirs"):
         here.acknowledge(Report(wire.STIRS, 3, 3, False))
+
+
+def test_each_number_that_comes_or_is_asked_for_is_reported_once() -> None:
+    stirred: list[None] = []
+    hub = IncomingStirs(lambda: stirred.append(None))
+    assert hub.report(0) is None
+    for _ in range(2):  # the second one is not new; its report may have been lost
+        assert hub.accept(4, memoryview(b""))
+        assert hub.report(0) == Report(wire.STIRS, 5, 5, False)
+        assert hub.report(0) is None
+    hub.sent(5)
+    assert hub.report(0) == Report(wire.STIRS, 5, 5, False)
+    hub.sent(6)
+    assert hub.report(0) == Report(wire.STIRS, 5, 5, True)
+    assert hub.report(0) is None
+    assert len(stirred) == 1
