@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Callable
 from typing import TypeVar
 
 import pytest
 
+from canwire import Unsupported
+
+Found = TypeVar("Found")
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
 FAIL = os.environ.get("CANWIRE_MISSING") == "fail"
@@ -50,6 +54,14 @@ def find_program(program: str) -> str:
     if found is None:
         pytest.skip(reason(program))
     return found
+
+
+def supported(call: Callable[[], Found]) -> Found:
+    """What this returns; where this system or installation has no such thing, the test is skipped."""
+    try:
+        return call()
+    except Unsupported as error:
+        pytest.skip(str(error))
 
 
 def find_browser() -> str:

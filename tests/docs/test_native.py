@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Unsupported
 from canwire.native import include_directory, library_directory
 from tests.docs.blocks import ROOT, run_console
-from tests.missing import find_program
+from tests.missing import find_program, supported
 
 PAGE = ROOT / "docs" / "native.md"
 
@@ -21,10 +20,7 @@ def test_its_programs_run(tmp_path: Path) -> None:
     if sys.platform != "linux":
         pytest.skip("the libraries for C are Linux's")
     find_program("g++")
-    try:
-        library_directory()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(library_directory)
     shown = run_console(PAGE, tmp_path)
     assert "USB-to-CAN FD (simulated): 123 CAFE\n" in shown
     assert "321 5A\n" in shown

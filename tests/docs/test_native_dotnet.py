@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Unsupported
 from canwire.native import dotnet, library_directory
 from tests import warm
 from tests.docs.blocks import ROOT, blocks
-from tests.missing import find_program
+from tests.missing import find_program, supported
 
 PAGE, PICTURE = ROOT / "docs" / "native-dotnet.md", ROOT / "docs" / "native.svg"
 TYPE = re.compile(
@@ -48,10 +47,7 @@ def fenced(language: str) -> list[str]:
 def needs_libraries() -> None:
     if sys.platform != "linux":
         pytest.skip("the libraries for C are Linux's")
-    try:
-        library_directory()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(library_directory)
     find_program("mcs")
     find_program("mono")
 

@@ -7,13 +7,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
-import pytest
-
-from canwire import Unsupported
 from canwire.native import library_directory
 from tests import warm
 from tests.docs.blocks import ROOT, blocks
-from tests.missing import needs_program
+from tests.missing import needs_program, supported
 
 PROGRAMS = ROOT / "tests" / "native" / "drivers" / "programs"
 
@@ -25,10 +22,7 @@ def fenced(language: str) -> list[str]:
 
 @needs_program("gcc")
 def test_the_commands_build_programs(tmp_path: Path) -> None:
-    try:
-        library_directory()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(library_directory)
     for source, name in (("candrv.c", "CanRead.c"), ("acan.c", "wct32.c"), ("checks.h", "checks.h")):
         shutil.copy(PROGRAMS / source, tmp_path / name)
     warm.write_script(tmp_path / "canwire")

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Unsupported
 from canwire.native import include_directory, library_directory
 from tests.hubs import LONG_S, Served, serving
-from tests.missing import find_program
+from tests.missing import find_program, supported
 
 PROGRAMS = Path(__file__).parent / "programs"
 Build = Callable[..., Path]
@@ -66,10 +65,7 @@ class Native:
 def native(tmp_path_factory: pytest.TempPathFactory) -> Native:
     if sys.platform != "linux":
         pytest.skip("the libraries for C are Linux's")
-    try:
-        library_directory()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(library_directory)
     home = tmp_path_factory.mktemp("programs")
     for source in PROGRAMS.iterdir():
         if source.name.startswith("manual_"):  # its lines of a dot alone stand for the reader's own code

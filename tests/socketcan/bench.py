@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 import canwire
-from canwire import LinePlace, LineStatus, Unsupported, every_line, lines_now
+from canwire import LinePlace, LineStatus, every_line, lines_now
 from tests import warm
 from tests.hubs import LONG_S, Served, serving
-from tests.missing import find_program
+from tests.missing import find_program, supported
 
 Process = subprocess.Popen[str]
 
@@ -138,10 +138,7 @@ def on_a_hub_of_its_own(home: Path, time: str = "fast") -> Iterator[Bench]:
         pytest.skip("SocketCAN programs are Linux's")
     from canwire.socketcan.launch import shim
 
-    try:
-        shim()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(shim)
     with serving(home, time=time) as served:
         made = Bench(served, home)
         try:

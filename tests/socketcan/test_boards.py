@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 
 import canwire
-from canwire import Event, Hub, Unsupported, WantedMode
+from canwire import Event, Hub, WantedMode
 from canwire.socketcan.daemon.daemon import Daemon
 from canwire.socketcan.interfaces import Interfaces
 from canwire.socketcan.launch import shim
 from canwire.socketcan.server import Server
 from canwire.socketcan.table import Table
+from tests.missing import supported
 from tests.socketcan.bench import Bench
 
 pytest.importorskip("numpy")
@@ -25,10 +26,7 @@ def library() -> str:
     """The shim."""
     if sys.platform != "linux":
         pytest.skip("SocketCAN programs are Linux's")
-    try:
-        return shim()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    return supported(shim)
 
 
 def serve_programs(hub: Hub, home: Path) -> None:

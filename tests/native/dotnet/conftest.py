@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from canwire import Unsupported
 from canwire.native import dotnet, library_directory
 from tests.hubs import LONG_S
-from tests.missing import find_program
+from tests.missing import find_program, supported
 
 PROGRAMS = Path(__file__).parent / "programs"
 
@@ -66,10 +65,7 @@ class Mono:
 
 @pytest.fixture(scope="session")
 def mono(tmp_path_factory: pytest.TempPathFactory) -> Mono:
-    try:
-        library_directory()
-    except Unsupported as error:
-        pytest.skip(str(error))
+    supported(library_directory)
     find_program("mcs")
     find_program("mono")
     from tests.native.dotnet.state import state_of_this_run  # where the libraries are, locks are, too

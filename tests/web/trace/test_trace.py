@@ -362,7 +362,7 @@ def test_a_line_that_comes_to_run_hides_no_rows(browser: Browser, site: Site, hu
 
 
 def test_a_chosen_row_by_time_while_the_oldest_go(browser: Browser, site: Site, hub: canwire.Hub) -> None:
-    """Row 7 is the seventh of the list, then the second, then gone."""
+    """The row at place 7 has index 7 in the list, then 2, then it is gone."""
     address = canwire.find_lines(hub, "can0")[0].address
     with tab_on_trace(browser, site, address) as page:
         found = page.evaluate("""async () => {

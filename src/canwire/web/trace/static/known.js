@@ -1,5 +1,7 @@
 // What is known of rows, wherever they are now: by time the oldest go, by identifier a new one moves those below it.
 
+import { hex } from "./rows.js";
+
 export class Known {
   /** Of the rows of `viewing`, which `list` shows; `byFrame()` says whether they are by identifier. */
   constructor(list, viewing, byFrame) {
@@ -25,13 +27,19 @@ export class Known {
     return this.selected?.place === place ? this.selected : null;
   }
 
-  /** Of a row in sight; `query` is what the server wants to know to describe it. */
+  /** Of a row in sight. */
   at(place) {
     const { rows } = this.viewing;
-    const line = rows.line(place), number = rows.number(place), id = rows.idText(place);
-    const query = new URLSearchParams({ record: rows.hex(place), source: this.viewing.look.source, bus: this.viewing.busOf(line) });
-    if (rows.kind(place) === 2 && !this.byFrame()) query.set("number", number);
-    return { place, key: rows.key(place), number, id, frame: rows.frame(place) ? { line, id } : null, query };
+    return { place, key: rows.key(place), line: rows.line(place), number: rows.number(place), id: rows.idText(place),
+      kind: rows.kind(place), isFrame: rows.frame(place), record: rows.record(place) };
+  }
+
+  /** What the server wants to know to describe a row. */
+  query(row) {
+    const { look } = this.viewing;
+    const query = new URLSearchParams({ record: hex(row.record), source: look.source, bus: this.viewing.busOf(row.line) });
+    if (row.kind === 2 && !this.byFrame()) query.set("number", row.number);
+    return query;
   }
 
   /** Another answer has come. The selected row stays selected wherever it moves; if that is out of sight, none is. */

@@ -3,6 +3,7 @@
 import { decimal, word } from "../base/base.js";
 
 export const ROW_BYTES = 88;
+const RECORD_BYTES = 80;
 const EXTRA_BYTES = 96;
 const GAP = 0xf0, LOST = 0xf1, UNHEARD = 0xf2;
 const DLC_LENGTHS = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
@@ -14,6 +15,11 @@ const STATES = ["error-active", "error-warning", "error-passive", "bus-off", "st
 const LIN_ERRORS = ["none", "bit", "chksum", "parity", "slnore", "sync", "nobus", "other", "wakeup"];
 const LIN_STATES = { 0: "operational", 1: "initialising", 2: "asleep", 4: "stopped" };
 const HEX = Array.from({ length: 256 }, (_, value) => value.toString(16).toUpperCase().padStart(2, "0"));
+
+/** Bytes as the server wants them. */
+export function hex(octets) {
+  return Array.from(octets, (octet) => HEX[octet]).join("");
+}
 
 function seconds(milliseconds) {
   return decimal(milliseconds / 1000, 1);
@@ -194,11 +200,9 @@ export class Rows {
     return { 0x24: word("trace.wake-up"), 0x25: word("trace.go-to-sleep") }[kind] || "";
   }
 
-  /** The record in hex, as the server wants it. */
-  hex(place) {
+  /** A copy of a row's record. */
+  record(place) {
     const at = this.at(place);
-    let text = "";
-    for (let k = 0; k < 80; k += 1) text += HEX[this.octets[at + k]];
-    return text;
+    return this.octets.slice(at, at + RECORD_BYTES);
   }
 }

@@ -142,9 +142,9 @@ function open(index) {
 
 async function show(row) {
   state.opening = null;
-  const { query } = row;
+  const query = known.query(row);
   state.opened = query;
-  state.frame = row.frame;
+  state.frame = row.isFrame ? { line: row.line, id: row.id } : null;
   const answer = await fetch(`/trace/row?${query}`);
   if (state.opened !== query) return; // another one was opened meanwhile
   if (!answer.ok) {
