@@ -176,6 +176,9 @@ def tab(browser: Browser, address: str, **options: object) -> Iterator[Page]:
         page.goto(address)
         try:
             yield page
+        except Exception as failure:
+            failure.add_note(f"The page's own faults until then: {faults}")
+            raise
         finally:
             if page is first:
                 _empty(page)

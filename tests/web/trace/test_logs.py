@@ -174,3 +174,38 @@ def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
         page.get_by_text(
             "HW1:0 is bus-off: it receives nothing until it is recovered under Boards."
         ).wait_for()
+
+
+def test_an_answer_that_comes_late_is_not_taken(browser: Browser, steady: Site) -> None:
+    """The page asks for the lines every 2 s. Meanwhile a log is opened or closed, or a later answer has come."""
+    with tab(browser, at(steady, "trace")) as page:
+        taken = page.evaluate("""async () => {
+            const { src } = document.querySelector("script[src*='trace/trace.js']");
+            const { LinesChosen } = await import(src.replace("trace.js", "lines.js"));
+            const waiting = [], taken = [];
+            window.fetch = (path) => new Promise((tell) => path.includes("source=log") && waiting.push(tell));
+            document.addEventListener("logs", ({ detail }) => taken.push(...detail));
+            const place = document.createElement("fieldset");
+            place.append(document.createElement("legend"));
+            const lines = new LinesChosen(place, (addresses) => taken.push(addresses.join()));
+            const asked = (ask) => {
+                ask();
+                return waiting.at(-1);
+            };
+            const answer = async (question, bus, log) => {
+                const told = [{ address: bus, bus, kind: "CAN", running: true, state: "" }];
+                const json = async () => ({ lines: told, logs: [log], recording: { files: [] }, replay: {} });
+                question({ ok: true, json });
+                await new Promise((go) => setTimeout(go));
+            };
+            const ofAnother = asked(() => lines.forget("log-1"));
+            const first = asked(() => lines.forget("log-2"));
+            await answer(ofAnother, "can9", "log-9");
+            await answer(first, "can1", "log-1");
+            const slow = asked(() => lines.look());
+            const quick = asked(() => lines.look());
+            await answer(quick, "can2", "log-2");
+            await answer(slow, "can9", "log-9");
+            return taken;
+        }""")
+    assert taken == ["log-1", "can1", "log-2", "can2,can1"]

@@ -81,12 +81,16 @@ class Taps:
             before = self._wanted.pop(viewer, frozenset())
             if addresses:
                 self._wanted[viewer] = frozenset(addresses)
-            still = frozenset().union(*self._wanted.values())
+            still = self._viewed
             now_s = time.monotonic()
             self._left_s = {one: at for one, at in self._left_s.items() if one not in still}
             self._left_s |= {one: now_s for one in before - still if one in self._indices}
             self._dirty = True
             self._changed.notify_all()
+
+    @property
+    def _viewed(self) -> frozenset[str]:
+        return frozenset().union(*self._wanted.values())
 
     def indices(self, addresses: Collection[str]) -> list[int]:
         """Return the numbers of these lines in rows; lines that were never recorded have none."""
@@ -195,7 +199,7 @@ class Taps:
 
     def _arrange(self, now_s: float) -> None:
         with self._changed:
-            viewed = frozenset().union(*self._wanted.values())
+            viewed = self._viewed
             left = {one for one, at in self._left_s.items() if now_s < at + self._linger_s}
         wanted = viewed | left
         self._close_all_but(wanted, now_s)
@@ -226,6 +230,8 @@ class Taps:
                     continue
                 with self._changed:  # only lines that there are have a number: made-up names cost nothing
                     number = self._indices.setdefault(address, len(self._indices))
+                    if address not in self._viewed:  # its viewer has left while it was looked for
+                        self._left_s.setdefault(address, now_s)
                 try:
                     tap = Tap(hub, places[address], number)
                 except CanwireError as error:

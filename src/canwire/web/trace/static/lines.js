@@ -22,6 +22,7 @@ export class LinesChosen {
     this.search.placeholder = word("trace.search-lines");
     this.search.addEventListener("input", () => this.narrow());
     this.source = "";
+    this.asked = this.taken = 0; // looks
     this.look();
     setInterval(() => this.look(), LOOK_MS);
     place.addEventListener("change", (event) => {
@@ -37,10 +38,13 @@ export class LinesChosen {
     this.source = source;
     this.watched = [];
     this.chosen = source ? null : remembered("trace.lines", null);
+    this.taken = this.asked; // answers that come yet are about the other one
     this.look();
   }
 
   async look() {
+    this.asked += 1;
+    const { asked } = this;
     let told;
     try {
       const answer = await fetch(`/trace/lines?${new URLSearchParams({ source: this.source })}`);
@@ -49,6 +53,8 @@ export class LinesChosen {
     } catch {
       return; // likewise the server
     }
+    if (asked <= this.taken) return; // a later one was quicker
+    this.taken = asked;
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
     document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
     document.dispatchEvent(new CustomEvent("replay", { detail: told.replay }));
