@@ -35,6 +35,7 @@ class Feed:
         self._look: Look | None = None
         self._ask: Ask | None = None
         self._viewing: Viewing | None = None
+        self._opening: asyncio.Task[Viewing] | None = None
         self._answered: object = None
 
     async def run(self) -> None:
@@ -43,8 +44,7 @@ class Feed:
         try:
             await converse(self._socket, self._speak, self._hear)
         finally:
-            if self._viewing is not None:
-                self._viewing.leave()
+            await self._leave()
 
     def _hear(self, told: dict[str, Any]) -> None:
         """Handle a message of the viewer; raises ValueError for an invalid one."""
@@ -86,9 +86,19 @@ class Feed:
         self._answered = state
         return viewing.answer(ask)
 
+    async def _leave(self) -> None:
+        """End the present view, and one that a thread is still making."""
+        if self._opening is not None:
+            await asyncio.wait((self._opening,))
+            if self._opening.exception() is None:
+                self._opening.result().leave()
+        if self._viewing is not None:
+            self._viewing.leave()
+
     async def _change(self, look: Look) -> None:
-        before, self._viewing = self._viewing, None
-        self._viewing = await run_in_threadpool(self._open, look, self, before)
+        before = self._viewing
+        self._opening = asyncio.create_task(run_in_threadpool(self._open, look, self, before))
+        self._viewing = await asyncio.shield(self._opening)  # a thread cannot be stopped
         if before is not None:
             before.unlisten()
         self._viewing.listen(self._grown)
