@@ -67,9 +67,13 @@ class Viewer:
         self._looks = [{"number": 1, "lines": [], "source": source} for source in sources]
         self.leaves = asyncio.Event()
         self.seen = asyncio.Event()
+        self.closed = False
 
     async def accept(self) -> None:
         """Whoever wants may look."""
+
+    async def close(self) -> None:
+        self.closed = True
 
     async def receive_text(self) -> str:
         if not self._looks:
@@ -93,8 +97,8 @@ async def closed_meanwhile() -> None:
         loop.call_soon_threadsafe(viewer.seen.set)
         return views[0]
 
-    with pytest.raises(BadValue, match="not open"):
-        await Feed(cast("WebSocket", viewer), viewing).run()
+    await Feed(cast("WebSocket", viewer), viewing).run()
+    assert viewer.closed
     assert views[0].left
     assert not views[0].listened
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from websockets.exceptions import ConnectionClosedOK
 from websockets.sync.client import connect
 
 import canwire
@@ -17,7 +18,7 @@ from canwire.web.server import Site
 from canwire.web.trace import logs
 from canwire.web.trace.logs import writable_formats
 from tests.cases import each
-from tests.hubs import until
+from tests.hubs import LONG_S, until
 from tests.web.conftest import at, tab
 from tests.web.trace.watching import Watching
 
@@ -176,6 +177,39 @@ def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
         ).wait_for()
 
 
+def test_a_log_that_is_looked_at_stays_so_until_it_is_closed(
+    browser: Browser, steady: Site, asker: httpx.Client, log: Path
+) -> None:
+    """Also when another view is visited meanwhile; and somebody else may close it, before that or afterwards."""
+    with tab(browser, at(steady, "trace")) as page:
+        closing = page.get_by_role("button", name="Close this log")
+        live = page.locator("body[data-listening=yes] #lines input:checked[value='HW000001:0']")
+        for looks in ("here", "elsewhere"):
+            page.locator("#log-file").set_input_files(log)
+            page.locator("#shown", has_text="60").wait_for()
+            key = page.locator("#source").input_value()
+            page.goto(f"{steady.url}send")
+            if looks == "here":
+                page.goto(f"{steady.url}trace")
+                page.locator("#shown", has_text="60").wait_for()
+                closing.wait_for()
+                assert page.locator("#source").input_value() == key
+            asker.post("/trace/close", data={"key": key})
+            if looks == "here":
+                page.get_by_text("drive.blf is closed.").wait_for()
+            else:
+                page.goto(f"{steady.url}trace")
+            live.wait_for()
+            assert not closing.is_visible()
+
+
+def test_who_looks_at_a_log_that_is_closed_is_let_go(steady: Site) -> None:
+    with connect(f"ws://127.0.0.1:{steady.port}/trace/live", max_size=None) as socket:
+        Watching(socket, ["can0"], source="log-999")
+        with pytest.raises(ConnectionClosedOK):
+            socket.recv(LONG_S)
+
+
 def test_an_answer_that_comes_late_is_not_taken(browser: Browser, steady: Site) -> None:
     """The page asks for the lines every 2 s. Meanwhile a log is opened or closed, or a later answer has come."""
     with tab(browser, at(steady, "trace")) as page:
@@ -187,7 +221,7 @@ def test_an_answer_that_comes_late_is_not_taken(browser: Browser, steady: Site) 
             document.addEventListener("logs", ({ detail }) => taken.push(...detail));
             const place = document.createElement("fieldset");
             place.append(document.createElement("legend"));
-            const lines = new LinesChosen(place, (addresses) => taken.push(addresses.join()));
+            const lines = new LinesChosen(place, "", (addresses) => taken.push(addresses.join()));
             const asked = (ask) => {
                 ask();
                 return waiting.at(-1);
@@ -206,6 +240,10 @@ def test_an_answer_that_comes_late_is_not_taken(browser: Browser, steady: Site) 
             const quick = asked(() => lines.look());
             await answer(quick, "can2", "log-2");
             await answer(slow, "can9", "log-9");
+            const closed = asked(() => lines.look());
+            document.addEventListener("logs", () => lines.forget("log-4"), { once: true });
+            await answer(closed, "can9", "log-3");
+            await answer(waiting.at(-1), "can4", "log-4");
             return taken;
         }""")
-    assert taken == ["log-1", "can1", "log-2", "can2,can1"]
+    assert taken == ["log-1", "can1", "log-2", "can2,can1", "log-3", "log-4", "can4"]

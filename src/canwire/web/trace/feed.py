@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from starlette.concurrency import run_in_threadpool
 
+from canwire import BadValue
 from canwire.web.live import converse
 from canwire.web.trace.look import Ask, Look
 from canwire.web.trace.viewing import Viewing
@@ -65,7 +66,11 @@ class Feed:
         while True:
             waited = await self._waited()
             if self._look is not None and (self._viewing is None or self._viewing.look is not self._look):
-                await self._change(self._look)
+                try:
+                    await self._change(self._look)
+                except BadValue:  # its log is closed: the viewer hears that with the lines
+                    await self._socket.close()
+                    return
             viewing, ask = self._viewing, self._ask
             if viewing is None or ask is None:
                 continue

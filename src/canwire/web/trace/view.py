@@ -77,15 +77,13 @@ class Tracing:
 
     def _lines(self, request: Request) -> Response:
         """Return all lines with kind and state, open logs, names of messages, and the progress of the recording."""
-        name = request.query_params.get("source", "")
-        if name in self.opened.logs:
-            log = self.opened.find(name)
+        opened = self.opened.logs
+        log = opened.get(request.query_params.get("source", ""))
+        if log is not None:
             lines = [_channel(one, log.kind_of(one)) for one in log.channels]
         else:
             lines = [_line(one) for one in look(self._desk.link.hub)]
-        logs = [
-            {"key": key, "name": log.name, "reading": log.reading} for key, log in self.opened.logs.items()
-        ]
+        logs = [{"key": key, "name": one.name, "reading": one.reading} for key, one in opened.items()]
         told: dict[str, object] = {"lines": lines, "logs": logs}
         word = self._desk.words(request)
         for key, state in (("recording", self.recording.progress), ("replay", self.logs.replay.played)):

@@ -7,11 +7,13 @@ const MOST_SAID = 3; // lines of which it is said why nothing comes
 const MANY = 24; // lines; they are searched and ordered by bus then
 
 export class LinesChosen {
-  constructor(place, watch) {
+  /** Of the hub, or of the log `source`; `watch(addresses)` when others are watched. */
+  constructor(place, source, watch) {
     this.place = place;
     this.watch = watch;
     this.watched = [];
-    this.chosen = remembered("trace.lines", null);
+    this.source = source;
+    this.chosen = source ? null : remembered("trace.lines", null);
     this.known = "";
     this.onLin = new Set();
     this.kinds = new Map();
@@ -21,7 +23,6 @@ export class LinesChosen {
     this.search.setAttribute("aria-label", word("trace.search-lines"));
     this.search.placeholder = word("trace.search-lines");
     this.search.addEventListener("input", () => this.narrow());
-    this.source = "";
     this.asked = this.taken = 0; // looks
     this.look();
     setInterval(() => this.look(), LOOK_MS);
@@ -44,10 +45,10 @@ export class LinesChosen {
 
   async look() {
     this.asked += 1;
-    const { asked } = this;
+    const { asked, source } = this;
     let told;
     try {
-      const answer = await fetch(`/trace/lines?${new URLSearchParams({ source: this.source })}`);
+      const answer = await fetch(`/trace/lines?${new URLSearchParams({ source })}`);
       if (!answer.ok) return; // the page's head says that the hub is away
       told = await answer.json();
     } catch {
@@ -58,6 +59,7 @@ export class LinesChosen {
     document.dispatchEvent(new CustomEvent("recording", { detail: told.recording }));
     document.dispatchEvent(new CustomEvent("logs", { detail: told.logs }));
     document.dispatchEvent(new CustomEvent("replay", { detail: told.replay }));
+    if (source !== this.source) return; // its log is closed
     busesAre(told.lines.map((line) => line.bus));
     this.kinds = new Map(told.lines.map((line) => [line.address, line.kind]));
     this.onLin = new Set(told.lines.filter((line) => line.kind === "LIN" && line.running).map((line) => line.address));

@@ -40,11 +40,15 @@ async function send(file) {
   }
 }
 
-/** `chosen(source)` when another source is to be looked at, "" for the hub's lines. */
-export function sources(look, chosen) {
-  const show = (key) => {
+/** `chosen(source)` when another source than `shown` is to be looked at, "" for the hub's lines. */
+export function sources(shown, chosen) {
+  const offer = (key) => {
     choice.value = key;
     element("close-log").hidden = element("replay").hidden = key === "";
+  };
+  const show = (key) => {
+    shown = key;
+    offer(key);
     chosen(key);
   };
   const open = async (file) => {
@@ -75,6 +79,10 @@ export function sources(look, chosen) {
   document.addEventListener("logs", ({ detail: logs }) => {
     const known = [...choice.options].map((option) => option.value);
     for (const log of logs) if (!known.includes(log.key)) choice.append(new Option(log.name, log.key));
+    if (shown && !logs.some((log) => log.key === shown)) { // closed elsewhere, or the server is another one
+      if (choice.value === shown) say(word("trace.closed", { name: choice.selectedOptions[0].text }));
+      show("");
+    } else if (choice.value !== shown) offer(shown);
     for (const option of [...choice.options]) {
       if (option.value && !logs.some((log) => log.key === option.value)) option.remove();
     }

@@ -270,11 +270,11 @@ document.addEventListener("keydown", (event) => {
 setInterval(() => { if (byFrame()) draw(); }, 100); // changes fade, and silent identifiers are marked
 
 if (kept.until !== undefined && kept.until !== null) showPaused(true);
-const lines = new LinesChosen(element("lines"), (addresses) => {
+const lines = new LinesChosen(element("lines"), kept.source ?? "", (addresses) => {
   columns();
   viewing.change({ lines: addresses, ...filter.look, rules: rules(), ...kept });
 });
-sources(viewing.look, (source) => {
+sources(kept.source ?? "", (source) => {
   kept = { source, since: 0, until: null };
   showPaused(false);
   sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
