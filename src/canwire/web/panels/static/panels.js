@@ -132,9 +132,12 @@ async function messages() {
 
 let inputs = [];
 async function signals() {
-  const query = new URLSearchParams({ line: form.elements.line.value, message: form.elements.message.value });
+  const wanted = () => `${new URLSearchParams({ line: form.elements.line.value, message: form.elements.message.value })}`;
+  const query = wanted();
   const answer = await fetch(`/panels/signals?${query}`).catch(() => null); // as above
-  inputs = answer?.ok ? await answer.json() : [];
+  const told = answer?.ok ? await answer.json() : [];
+  if (query !== wanted()) return; // another one was chosen meanwhile
+  inputs = told;
   options(form.elements.signal, inputs.map((one) => one.name));
 }
 

@@ -78,10 +78,12 @@ function fit() {
 }
 
 async function signals() {
-  const message = form.elements.message.value;
-  const query = new URLSearchParams({ message, line: form.elements.line.value });
-  const answer = message ? await fetch(`/send/signals?${query}`) : null;
-  element("signals").innerHTML = answer?.ok ? await answer.text() : "";
+  const wanted = () => `${new URLSearchParams({ message: form.elements.message.value, line: form.elements.line.value })}`;
+  const query = wanted();
+  const answer = form.elements.message.value ? await fetch(`/send/signals?${query}`) : null;
+  const text = answer?.ok ? await answer.text() : "";
+  if (query !== wanted()) return; // another one was chosen meanwhile
+  element("signals").innerHTML = text;
   fit();
 }
 

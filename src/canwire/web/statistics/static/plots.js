@@ -70,9 +70,11 @@ function range() {
   return [first, Math.max(last, first + 1)];
 }
 
+const newest = () => columns[NUMBER].at(-1) ?? 0;
+
 async function look() {
   const line = lineChoice.value;
-  const after = columns[NUMBER].at(-1) ?? 0;
+  const after = newest();
   let told;
   try {
     const answer = await fetch(`/statistics/samples?${new URLSearchParams({ line, after })}`);
@@ -81,7 +83,7 @@ async function look() {
   } catch {
     return; // the page's head says that server or hub are away
   }
-  if (line !== lineChoice.value || !told.columns.length) return;
+  if (line !== lineChoice.value || after !== newest() || !told.columns.length) return; // asked again meanwhile
   told.columns[TIME] = told.columns[TIME].map((seconds) => seconds + (told.epoch ?? 0));
   // a hub that was started again counts its time from the beginning
   if (columns[TIME].length && told.columns[TIME][0] < columns[TIME].at(-1)) columns = empty();

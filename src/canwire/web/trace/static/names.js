@@ -28,11 +28,12 @@ export class Names {
     this.version = version;
     this.buses = wanted;
     const answer = await fetch(`/trace/names?${new URLSearchParams({ buses: wanted })}`).catch(() => null); // the head tells
-    if (!answer?.ok) {
+    const told = answer?.ok ? await answer.json() : null;
+    if (version !== this.version || wanted !== this.buses) return; // others were asked for meanwhile
+    if (!told) {
       this.version = -1;
       return;
     }
-    const told = await answer.json();
     this.names = told.names;
     this.files = told.files;
     described.textContent = told.files.length ? word("trace.database", { name: told.files.join(", ") }) : "";
