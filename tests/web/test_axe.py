@@ -19,7 +19,7 @@ from tests.cases import each
 from tests.hubs import LONG_S
 from tests.others.packages import AXE
 from tests.web.conftest import served_site, tab
-from tests.web.trace.watching import sender
+from tests.web.trace.watching import rows_with, sender
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def test_the_trace_has_none_with_rows_opened_and_plotted_nor_its_dialogs(
         page.locator("#beside summary").click()
         page.locator("body[data-listening=yes]").wait_for()
         channel.send(Frame(0x100, bytes(8)), timeout=LONG_S)
-        page.locator("#body .trace-row:not([hidden])", has_text="100").first.click()
+        rows_with(page, id="100").first.click()
         page.locator(".wire svg").wait_for()
         assert faults(page, axe) == []
         page.locator("#mode-id").click()

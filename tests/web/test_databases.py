@@ -12,7 +12,7 @@ from canwire import BadValue, Frame, LinFrame
 from canwire.web.databases.loaded import MOST, Databases
 from tests.hubs import LONG_S
 from tests.web.conftest import served_site, somebody
-from tests.web.trace.watching import sender, tab_on_trace, watching
+from tests.web.trace.watching import rows_with, sender, tab_on_trace, watching
 
 pytest.importorskip("cantools")
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def test_in_the_browser_names_come_with_the_file_and_go_with_it(
     ):
         channel.send(FRAME, timeout=LONG_S)
         row = page.locator("#body .trace-row:not([hidden])")
-        row.filter(has_text="100").wait_for()
+        rows_with(page, id="100").wait_for()
         page.get_by_role("button", name="Databases").click()
         page.locator("#database-file").set_input_files(list(files))
         page.get_by_label("Bus of truck.dbc").select_option("can0")

@@ -92,9 +92,7 @@ def test_data_are_whole_and_rows_enough_at_every_width(trace: Page) -> None:
             assert opened.right <= opened.list, screen
     trace.locator("#close-details").click()
     trace.get_by_role("button", name="By identifier").click()
-    trace.locator(
-        '#body .trace-row[aria-rowindex="2"]', has_text="100"
-    ).wait_for()  # it begins at its beginning
+    trace.locator('#body .trace-row[aria-rowindex="2"] .c-id', has_text="100").wait_for()  # the first one
     for screen in SCREENS:
         by_identifier = seen(trace, screen)
         assert by_identifier.cut == [], screen

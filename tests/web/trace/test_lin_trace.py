@@ -32,7 +32,7 @@ from canwire.web.trace.store.rows import GAP, LOST
 from tests.cases import each
 from tests.hubs import served_here
 from tests.web.conftest import EMPTY, at, tab
-from tests.web.trace.watching import sender
+from tests.web.trace.watching import rows_with, sender
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -127,11 +127,9 @@ def trace(browser: Browser, site: Site) -> Iterator[Page]:
 
 def cells(row: list[str], page: Page) -> list[str]:
     """Of the first row that has all of these texts: type, ID, PID, length, checksum, data."""
-    found = page.locator("#body .trace-row:not([hidden])")
-    for text in filter(None, row):
-        found = found.filter(has_text=text)
-    found.first.wait_for()
     keys = ("type", "id", "pid", "len", "sum", "data")
+    found = rows_with(page, **dict(zip(keys, row, strict=True)))
+    found.first.wait_for()
     return [found.first.locator(f".c-{key}").inner_text() for key in keys]
 
 

@@ -20,7 +20,7 @@ from canwire.web.trace.logs import writable_formats
 from tests.cases import each
 from tests.hubs import LONG_S, until
 from tests.web.conftest import at, tab
-from tests.web.trace.watching import Watching
+from tests.web.trace.watching import Watching, rows_with
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -153,12 +153,11 @@ def test_in_the_browser(browser: Browser, steady: Site, log: Path) -> None:
     """Two clicks to see a log, one to be back. Without rows the page says why."""
     with tab(browser, at(steady, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
-        rows = page.locator("#body .trace-row:not([hidden])")
-        rows.filter(has_text="101").wait_for()
+        rows_with(page, id="101").wait_for()
         page.locator("#shown", has_text="60").wait_for()
         page.locator("#filter").press_sequentially("data: 0A")
         page.locator("#shown", has_text="1").wait_for()
-        rows.filter(has_text="10A").wait_for()
+        rows_with(page, id="10A").wait_for()
         page.locator("#save").click()
         page.get_by_label("Format of the file").select_option("asc")
         with page.expect_download() as downloading:

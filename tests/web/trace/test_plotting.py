@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from typing import TYPE_CHECKING
 
 import numpy
@@ -19,7 +18,7 @@ from tests.effort import examples
 from tests.hubs import LONG_S
 from tests.web.conftest import caller, served_site
 from tests.web.trace.test_filtering import DBC
-from tests.web.trace.watching import sender, tab_on_trace
+from tests.web.trace.watching import rows_with, sender, tab_on_trace
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 pytestmark = pytest.mark.conforms("PG-05")
-
-ROW = re.compile(r"(?<![\d.])555")  # an identifier, not the digits of a time such as 1.665550
 
 
 @examples(40)
@@ -81,17 +78,17 @@ def test_signals_in_rows_are_plotted_by_a_click_and_rows_marked_and_filtered(
         page.locator("#shown", has_text="2").wait_for()
         page.locator("#filter").press("Escape")
         page.locator('#grid[data-filter=""]').wait_for()
-        page.locator("#body .trace-row:not([hidden])", has_text=ROW).click(button="right")
+        rows_with(page, id="555").click(button="right")
         page.get_by_role("menuitem", name="Mark").click()
-        page.locator("#body .trace-row.marked", has_text=ROW).wait_for()
+        page.locator("#body .trace-row.marked .c-id", has_text="555").wait_for()
         page.locator("#body .trace-row:not([hidden])", has_text="Engine").first.click(button="right")
         page.get_by_role("menuitem", name="Not this").click()
         page.locator('#grid[data-filter="!id:100"]').wait_for()
         page.locator("#body").focus()
         page.keyboard.press("n")
-        page.locator('#body .trace-row[aria-selected="true"]', has_text=ROW).wait_for()
+        page.locator("#body .trace-row[aria-selected=true] .c-id", has_text="555").wait_for()
         page.reload()
-        page.locator("#body .trace-row.marked", has_text=ROW).wait_for()  # kept as long as the tab
+        page.locator("#body .trace-row.marked .c-id", has_text="555").wait_for()  # kept as long as the tab
 
 
 def test_what_is_no_signal_is_refused(hub_address: str) -> None:

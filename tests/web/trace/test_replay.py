@@ -14,6 +14,7 @@ from tests.hubs import LONG_S
 from tests.web.conftest import at, tab
 from tests.web.test_send import receiving
 from tests.web.test_send_rows import heard
+from tests.web.trace.watching import rows_with
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -172,15 +173,14 @@ def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
 ) -> None:
     with receiving(hub) as channel, tab(browser, at(site, "trace")) as page:
         page.locator("#log-file").set_input_files(log)
-        rows = page.locator("#body .trace-row:not([hidden])")
-        rows.filter(has_text="10B").wait_for()
+        rows_with(page, id="10B").wait_for()
         page.locator(".trace-head .c-pid").wait_for()  # there is LIN in this log
         page.get_by_role("button", name="Replay").click()
         page.get_by_label("Speed").fill("0")
         page.get_by_role("button", name="Start the replay").click()
         assert [channel.receive(LONG_S) for _ in range(3)] == [Frame(0x100 + k, bytes([k])) for k in range(3)]
         page.get_by_text("12 frames sent, 12 acknowledged or heard").wait_for()
-        rows.filter(has_text="103").click()
+        rows_with(page, id="103").click()
         page.keyboard.press("m")
         page.locator("#save").click()
         page.locator("#saving-form [name=what]").select_option("marked")

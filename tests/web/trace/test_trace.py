@@ -17,7 +17,7 @@ from canwire.web.trace.store.rows import rows_of
 from tests.cases import each
 from tests.hubs import LONG_S, served_here
 from tests.web.conftest import at, holds, served_site, tab
-from tests.web.trace.watching import Watching, sender, tab_on_trace, watching
+from tests.web.trace.watching import Watching, rows_with, sender, tab_on_trace, watching
 
 if TYPE_CHECKING:
     import httpx2 as httpx
@@ -273,7 +273,7 @@ def test_one_row_for_each_identifier_counts_and_marks_what_changed(
         for number in range(5):
             for identifier in (0x200, 0x100):
                 channel.send(Frame(identifier, bytes([7, number])), timeout=LONG_S)
-        rows = page.locator("#body .trace-row:not([hidden])", has_text="07")
+        rows = rows_with(page, data="07")
         for place in (0, 1):
             rows.nth(place).locator(".c-count", has_text="5").wait_for()
         assert [row.locator(".c-id").inner_text() for row in rows.all()] == ["100", "200"]
@@ -328,17 +328,16 @@ def test_a_row_by_identifier_that_a_new_one_moves(browser: Browser, site: Site, 
         page.get_by_role("button", name="By identifier").click()
         for identifier in (0x300, 0x400):
             channel.send(Frame(identifier), timeout=LONG_S)
-        rows = page.locator("#body .trace-row:not([hidden])")
-        rows.filter(has_text="400").wait_for()
-        rows.filter(has_text="300").click(button="right")
+        rows_with(page, id="400").wait_for()
+        rows_with(page, id="300").click(button="right")
         channel.send(Frame(0x200), timeout=LONG_S)
-        rows.filter(has_text="200").wait_for()
+        rows_with(page, id="200").wait_for()
         assert page.locator("#body .trace-row[aria-selected=true] .c-id").all_inner_texts() == ["300"]
         page.get_by_role("menuitem", name="Open").click()
         page.locator("#opened", has_text="300").wait_for()
-        rows.filter(has_text="300").click(button="right")
+        rows_with(page, id="300").click(button="right")
         channel.send(Frame(0x100), timeout=LONG_S)
-        rows.filter(has_text="100").wait_for()
+        rows_with(page, id="100").wait_for()
         page.get_by_role("menuitem", name="Only this").click()
         page.locator('#grid[data-filter="id:300"]').wait_for()
 
@@ -396,7 +395,7 @@ def test_pause_search_and_what_is_remembered(browser: Browser, site: Site, hub: 
         page.keyboard.press("/")
         page.keyboard.type("102")
         page.keyboard.press("Enter")
-        page.locator('#body .trace-row[aria-selected="true"]', has_text="102").wait_for()
+        page.locator("#body .trace-row[aria-selected=true] .c-id", has_text="102").wait_for()
         page.locator("#search").fill("nothing like it")
         page.keyboard.press("Enter")
         page.get_by_text("is not found in these rows").wait_for()

@@ -18,7 +18,7 @@ from tests.hubs import LONG_S
 from tests.web.conftest import at, tab
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Locator, Page
 
 
 @contextmanager
@@ -90,6 +90,14 @@ def watching(site: Site, lines: list[str], **look: Any) -> Iterator[Watching]:
         made = Watching(socket, lines, **look)
         made.until(lambda one: one.listening)
         yield made
+
+
+def rows_with(page: Page, **cells: str) -> Locator:
+    """The rows in sight with these texts in these columns: elsewhere in a row a time may have the same digits."""
+    found = page.locator("#body .trace-row:not([hidden])")
+    for column, text in cells.items():
+        found = found.filter(has=page.locator(f".c-{column}", has_text=text))
+    return found
 
 
 @contextmanager
