@@ -185,7 +185,7 @@ def test_a_log_that_is_looked_at_stays_so_until_it_is_closed(
         live = page.locator("body[data-listening=yes] #lines input:checked[value='HW000001:0']")
         for looks in ("here", "elsewhere"):
             page.locator("#log-file").set_input_files(log)
-            page.locator("#shown", has_text="60").wait_for()
+            closing.wait_for()
             key = page.locator("#source").input_value()
             page.goto(f"{steady.url}send")
             if looks == "here":
