@@ -26,6 +26,11 @@ ASKING = """
         question({ ok: true, json: async () => told, text: async () => told });
         await new Promise((go) => setTimeout(go));
     };
+    const choose = (select, name) => asked(() => {
+        select.append(new Option(name));
+        select.value = name;
+        select.dispatchEvent(new Event("change"));
+    });
 """
 
 
@@ -109,9 +114,9 @@ def test_samples_of_the_statistics(browser: Browser, steady: Site) -> None:
         });
         document.dispatchEvent(new CustomEvent("theme")); // draws them again
         const line = document.getElementById("line");
-        const choose = () => line.dispatchEvent(new Event("change"));
+        const look = () => line.dispatchEvent(new Event("change"));
         const sample = { columns: [[1], [7], [25], [0], [0], [0], [0], [0], [0]], epoch: 0 };
-        const [first, second] = [asked(choose), asked(choose)];
+        const [first, second] = [asked(look), asked(look)];
         await answer(first, sample);
         await answer(second, sample);
         return plots[0].data.map((column) => [...column]);
@@ -123,12 +128,7 @@ def test_signals_of_a_row_to_send(browser: Browser, steady: Site) -> None:
     """Else the fields of another message would be filled in, and sent."""
     story = """
         const { message } = document.getElementById("row-form").elements;
-        const choose = (name) => asked(() => {
-            message.append(new Option(name));
-            message.value = name;
-            message.dispatchEvent(new Event("change"));
-        });
-        const [before, now] = [choose("Brake"), choose("Engine")];
+        const [before, now] = [choose(message, "Brake"), choose(message, "Engine")];
         await answer(now, "Speed");
         await answer(before, "Pressure");
         return document.getElementById("signals").textContent;
@@ -139,12 +139,7 @@ def test_signals_of_a_row_to_send(browser: Browser, steady: Site) -> None:
 def test_signals_of_a_part_of_a_panel(browser: Browser, steady: Site) -> None:
     story = """
         const { message, signal } = document.getElementById("part-form").elements;
-        const choose = (name) => asked(() => {
-            message.append(new Option(name));
-            message.value = name;
-            message.dispatchEvent(new Event("change"));
-        });
-        const [before, now] = [choose("Brake"), choose("Engine")];
+        const [before, now] = [choose(message, "Brake"), choose(message, "Engine")];
         await answer(now, [{ name: "Speed", minimum: 0, maximum: 5000 }]);
         await answer(before, [{ name: "Pressure", minimum: 0, maximum: 9 }]);
         return [...signal.options].map((one) => one.value);

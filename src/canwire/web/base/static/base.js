@@ -80,6 +80,16 @@ async function watchLink() {
   }
 }
 
+/** Of questions whose answers may overtake each other only the newest counts: returns `ask()`, whose result says whether it still is that one. */
+export function questions() {
+  let newest = 0;
+  return () => {
+    newest += 1;
+    const number = newest;
+    return () => number === newest;
+  };
+}
+
 /** A web socket that comes back by itself: `hear(event.data)`, `state(open)`. Returns {send(object)}. */
 export function live(path, hear, state = () => {}, opened = () => {}) {
   let socket = null;

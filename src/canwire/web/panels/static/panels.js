@@ -1,5 +1,5 @@
 // Panels: values, switches and sliders bound to signals; this browser keeps them, and saves them to files.
-import { live, localised, remember, remembered, say, word, writer } from "../base/base.js";
+import { live, localised, questions, remember, remembered, say, word, writer } from "../base/base.js";
 import { post } from "../base/forms.js";
 import { busesAre } from "../databases/databases.js";
 
@@ -131,12 +131,13 @@ async function messages() {
 }
 
 let inputs = [];
+const askForSignals = questions();
 async function signals() {
-  const wanted = () => `${new URLSearchParams({ line: form.elements.line.value, message: form.elements.message.value })}`;
-  const query = wanted();
+  const wanted = askForSignals();
+  const query = new URLSearchParams({ line: form.elements.line.value, message: form.elements.message.value });
   const answer = await fetch(`/panels/signals?${query}`).catch(() => null); // as above
   const told = answer?.ok ? await answer.json() : [];
-  if (query !== wanted()) return; // another one was chosen meanwhile
+  if (!wanted()) return; // another one was chosen meanwhile
   inputs = told;
   options(form.elements.signal, inputs.map((one) => one.name));
 }

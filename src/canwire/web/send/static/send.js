@@ -1,5 +1,5 @@
 // The transmit list: its rows edited where they stand, its dialogs, rows that are sent by their key.
-import { remember, remembered, say, typing, word } from "../base/base.js";
+import { questions, remember, remembered, say, typing, word } from "../base/base.js";
 import { post } from "../base/forms.js";
 
 const element = (id) => document.getElementById(id);
@@ -77,12 +77,14 @@ function fit() {
   }
 }
 
+const askForSignals = questions();
 async function signals() {
-  const wanted = () => `${new URLSearchParams({ message: form.elements.message.value, line: form.elements.line.value })}`;
-  const query = wanted();
-  const answer = form.elements.message.value ? await fetch(`/send/signals?${query}`) : null;
+  const wanted = askForSignals();
+  const message = form.elements.message.value;
+  const query = new URLSearchParams({ message, line: form.elements.line.value });
+  const answer = message ? await fetch(`/send/signals?${query}`) : null;
   const text = answer?.ok ? await answer.text() : "";
-  if (query !== wanted()) return; // another one was chosen meanwhile
+  if (!wanted()) return; // another one was chosen meanwhile
   element("signals").innerHTML = text;
   fit();
 }

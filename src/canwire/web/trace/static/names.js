@@ -1,5 +1,5 @@
 // Names of frames by the bus of their line, as the databases that are open have them.
-import { word } from "../base/base.js";
+import { questions, word } from "../base/base.js";
 
 const described = document.getElementById("described");
 
@@ -11,6 +11,7 @@ export class Names {
     this.version = -1;
     this.buses = "";
     this.changed = changed;
+    this.ask = questions();
   }
 
   get any() {
@@ -27,9 +28,10 @@ export class Names {
     if (version === this.version && wanted === this.buses) return;
     this.version = version;
     this.buses = wanted;
+    const newest = this.ask();
     const answer = await fetch(`/trace/names?${new URLSearchParams({ buses: wanted })}`).catch(() => null); // the head tells
     const told = answer?.ok ? await answer.json() : null;
-    if (version !== this.version || wanted !== this.buses) return; // others were asked for meanwhile
+    if (!newest()) return; // others were asked for meanwhile
     if (!told) {
       this.version = -1;
       return;

@@ -1,5 +1,5 @@
 // The trace: shows the part of the server's rows that fits on the screen, by time or by identifier.
-import { remember, remembered, say, typing, word } from "../base/base.js";
+import { questions, remember, remembered, say, typing, word } from "../base/base.js";
 import { rules } from "./colours.js";
 import { COLUMNS, chooseColumns, leastWidth, templateOf, widen } from "./columns.js";
 import { FilterField } from "./filter.js";
@@ -22,7 +22,7 @@ const element = (id) => document.getElementById(id);
 const state = { mode: remembered("trace.mode", "time"), columns: [], dirty: false, pausedHead: null, opening: null };
 const marks = new Marks();
 const names = new Names(() => columns());
-let kept = JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}");
+let kept = { source: "", ...JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}") };
 
 const list = new List(element("head"), element("body"), element("window"), element("spacer"), fill, open, () => viewing.send());
 const viewing = new Viewing(answered, wanted, (there) => {
@@ -140,13 +140,13 @@ function open(index) {
   if (row) show(row);
 }
 
+const askForRow = questions();
 async function show(row) {
   state.opening = null;
-  const query = known.query(row);
-  state.opened = query;
+  const newest = askForRow();
   state.frame = row.isFrame ? { line: row.line, id: row.id } : null;
-  const answer = await fetch(`/trace/row?${query}`);
-  if (state.opened !== query) return; // another one was opened meanwhile
+  const answer = await fetch(`/trace/row?${known.query(row)}`);
+  if (!newest()) return; // another one was opened meanwhile
   if (!answer.ok) {
     say((await answer.json()).message, true);
     return;
@@ -270,11 +270,11 @@ document.addEventListener("keydown", (event) => {
 setInterval(() => { if (byFrame()) draw(); }, 100); // changes fade, and silent identifiers are marked
 
 if (kept.until !== undefined && kept.until !== null) showPaused(true);
-const lines = new LinesChosen(element("lines"), kept.source ?? "", (addresses) => {
+const lines = new LinesChosen(element("lines"), kept.source, (addresses) => {
   columns();
   viewing.change({ lines: addresses, ...filter.look, rules: rules(), ...kept });
 });
-sources(kept.source ?? "", (source) => {
+sources(kept.source, (source) => {
   kept = { source, since: 0, until: null };
   showPaused(false);
   sessionStorage.setItem("canwire.trace.kept", JSON.stringify(kept));
