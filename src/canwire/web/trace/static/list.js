@@ -32,6 +32,7 @@ export class List {
       if (this.coarse && !event.ctrlKey) {
         event.preventDefault();
         this.goTo(this.first + event.deltaY / ROW_PX);
+        this.followAtEnd();
       }
     }, { passive: false });
     body.addEventListener("keydown", (event) => this.key(event));
@@ -75,17 +76,22 @@ export class List {
     this.moved();
   }
 
-  /** By somebody, or by `sync`. */
+  /** By somebody, or by the list itself, which has shown that already. */
   scrolled() {
     const top = this.body.scrollTop;
     if (this.follow) {
       if (top >= Math.min(this.top, this.length - this.height) - ROW_PX) return;
       this.follow = false; // its bar was drawn upwards
-    }
+    } else if (Math.abs(top - this.top) <= 1) return;
     this.top = top;
-    if (this.first + this.room >= this.count - 0.1) this.setFollow(true);
+    this.followAtEnd();
     this.draw();
     this.moved();
+  }
+
+  /** Somebody has come to the end of the scroll bar, which rows that have just come may not have made longer yet. */
+  followAtEnd() {
+    if (this.top + this.height >= this.length - 2) this.setFollow(true);
   }
 
   /** The scroll bar is as long, and where, it should be. */
@@ -196,8 +202,10 @@ export class List {
     const page = Math.max(1, Math.floor(this.room) - 1);
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page };
     if (event.key in steps) {
+      const down = steps[event.key] > 0 && !this.follow;
       this.unfollow();
       this.select((this.selected < 0 ? this.count : this.selected) + steps[event.key], false);
+      if (down) this.followAtEnd();
     } else if (event.key === "Home") {
       this.unfollow();
       this.select(0, false);

@@ -46,7 +46,7 @@ function answered(head) {
   names.look(head.databases, viewing.lines.map((line) => line.bus));
   known.answered(head);
   if (head.found !== undefined) found(head.found);
-  draw();
+  drawNow();
   if (state.opening !== null && rows.has(state.opening)) show(known.at(state.opening));
 }
 
@@ -66,19 +66,23 @@ function fill(row, index) {
   fillRow(row, rows, known.placeOf(index), shown, state.paused ? 0 : (performance.now() - viewing.at) / 1000);
 }
 
+/** Something else about the rows is to be shown, in the next picture. */
 function draw() {
   if (state.dirty) return;
   state.dirty = true;
-  requestAnimationFrame(() => {
-    state.dirty = false;
-    const { head } = viewing;
-    if (!head) return;
-    const shown = byFrame() ? head.count : head.count - head.gone;
-    state.counting ??= setTimeout(count, COUNT_MS);
-    if (element("empty").hidden === (shown === 0)) element("empty").hidden = shown > 0;
-    list.show(shown);
-    document.dispatchEvent(new CustomEvent("drawn", { detail: { rows, last: rows.end - 1 } }));
-  });
+  requestAnimationFrame(() => { if (state.dirty) drawNow(); });
+}
+
+/** A click meets the row that it was made for: between an answer and what is drawn there is no moment. */
+function drawNow() {
+  state.dirty = false;
+  const { head } = viewing;
+  if (!head) return;
+  const shown = byFrame() ? head.count : head.count - head.gone;
+  state.counting ??= setTimeout(count, COUNT_MS);
+  if (element("empty").hidden === (shown === 0)) element("empty").hidden = shown > 0;
+  list.show(shown);
+  document.dispatchEvent(new CustomEvent("drawn", { detail: { rows, last: rows.end - 1 } }));
 }
 
 /** How many rows there are; as often as somebody can read it. */
