@@ -75,8 +75,9 @@ export class LinesChosen {
     return this.watched.some((address) => this.onLin.has(address));
   }
 
-  /** Those that are watched, each with "CAN" or "LIN". */
-  get channels() {
+  /** Those that are watched, each with "CAN" or "LIN"; a log that has just been opened may not have said them yet. */
+  async channels() {
+    await this.look();
     return this.watched.map((address) => ({ address, kind: this.kinds.get(address) }));
   }
 

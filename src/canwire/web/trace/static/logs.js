@@ -112,7 +112,7 @@ function onto(channels, lines) {
   });
 }
 
-/** The dialog that plays the opened log onto lines; `look()` is what is looked at, `channels()` its lines with their kinds. */
+/** The dialog that plays the opened log onto lines; `look()` is what is looked at, `channels()` promises its lines with their kinds. */
 export function replays(look, channels) {
   const form = element("replay-form");
   let running = false;
@@ -122,11 +122,12 @@ export function replays(look, channels) {
       post("/trace/replay-stop", {});
       return;
     }
-    const answer = await fetch("/send/choices").catch(() => null); // the head says that the server is away
+    const away = () => null; // which the head says
+    const [answer, played] = await Promise.all([fetch("/send/choices").catch(away), channels()]);
     if (!answer?.ok) return;
     const { lines } = await answer.json();
     const place = element("replay-lines");
-    place.replaceChildren(place.querySelector("legend"), ...onto(channels(), lines));
+    place.replaceChildren(place.querySelector("legend"), ...onto(played, lines));
     element("replaying").showModal();
   });
   form.addEventListener("submit", () => {

@@ -285,6 +285,6 @@ sources(kept.source, (source) => {
   lines.forget(source);
   list.begin(!byFrame() && !source);
 });
-replays(() => viewing.look, () => lines.channels);
+replays(() => viewing.look, () => lines.channels());
 element("save").addEventListener("click", () => offerMarked(marks.numbers.length));
 setMode(state.mode);
