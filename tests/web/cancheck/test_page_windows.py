@@ -158,6 +158,7 @@ def test_the_generators_window(cancheck: Page, peer: Peer) -> None:
     assert peer.receive() == Frame(0x123, b"\x1f\x00")
     row.get_by_text("-Paused-").wait_for(state="detached")
     box.get_by_role("button", name="Edit").click()
+    dialog.wait_for()
     holds(dialog.get_by_label("ID", exact=True), "123")
     row.get_by_text("-Paused-").wait_for()
     cancheck.keyboard.press("Escape")
