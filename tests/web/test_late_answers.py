@@ -145,3 +145,21 @@ def test_signals_of_a_part_of_a_panel(browser: Browser, steady: Site) -> None:
         return [...signal.options].map((one) => one.value);
     """
     assert seen(browser, steady, "panels", "/panels/signals", story) == ["Speed"]
+
+
+def test_what_was_said_of_a_later_wish(browser: Browser, steady: Site) -> None:
+    """That an earlier one was done does not cover its error; that the earlier one was not is said, however late."""
+    story = """
+        const { post } = await import(`${place}/base/forms.js`);
+        const type = "application/json";
+        const reply = async (question, ok, message) => {
+            question({ ok, headers: new Headers({ "content-type": type }), json: async () => ({ message }) });
+            await new Promise((go) => setTimeout(go));
+            return document.getElementById("status").textContent;
+        };
+        const [stop, start, plug, unplug] = [1, 2, 3, 4].map(() => asked(() => post("/wish", {})));
+        const told = [await reply(start, false, "no such board"), await reply(stop, true, "stopped")];
+        return [...told, await reply(unplug, true, "unplugged"), await reply(plug, false, "no such kind")];
+    """
+    told = seen(browser, steady, "boards", "/wish", story)
+    assert told == ["no such board", "no such board", "unplugged", "no such kind"]

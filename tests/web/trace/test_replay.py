@@ -18,7 +18,7 @@ from tests.web.trace.watching import rows_with
 
 if TYPE_CHECKING:
     import httpx2 as httpx
-    from playwright.sync_api import Browser, Route
+    from playwright.sync_api import Browser
 
     from canwire.web.server import Site
 
@@ -194,13 +194,16 @@ def test_in_the_browser_a_log_is_replayed_and_marks_are_saved(
 def test_the_dialog_waits_for_the_channels_of_a_log_that_has_just_been_opened(
     browser: Browser, steady: Site, log: Path
 ) -> None:
-    waiting: list[Route] = []
+    its_lines = "**/trace/lines?source=log*"
     with tab(browser, at(steady, "trace")) as page:
-        page.route("**/trace/lines?source=log*", lambda route: waiting.append(route))
-        page.locator("#log-file").set_input_files(log)
+        page.route(its_lines, lambda route: None)
+        with page.expect_request(its_lines):
+            page.locator("#log-file").set_input_files(log)
         with page.expect_response("**/send/choices"):
             page.get_by_role("button", name="Replay").click()
-        assert waiting
-        page.unroute_all()  # they go their way now
+        page.unroute_all()  # requests that wait go their way now
         page.get_by_label("can0 (CAN)").wait_for()
         page.get_by_label("lin0 (LIN)").wait_for()
+        page.keyboard.press("Escape")
+        page.get_by_role("button", name="Close this log").click()
+        page.get_by_text("drive.blf is closed.").wait_for()

@@ -1,8 +1,20 @@
 // Forms with data-action and buttons with data-post are sent here; faults are shown at their fields.
 import { say, word, writer } from "./base.js";
 
+let posted = 0;
+let newest = 0; // of the posts whose messages were said
+
+/** Say a post's message: that something earlier was done does not cover what was said of something later. */
+function tell(number, text, bad) {
+  if (!bad && number < newest) return;
+  newest = Math.max(newest, number);
+  say(text, bad);
+}
+
 /** Post fields; true when it was done. Faults go to the fields of `form`, the message to the status line. */
 export async function post(path, fields, form = null) {
+  posted += 1;
+  const number = posted;
   clear(form);
   let answer, told;
   try {
@@ -10,11 +22,11 @@ export async function post(path, fields, form = null) {
     const type = answer.headers.get("content-type") || "";
     told = type.startsWith("application/json") ? await answer.json() : { message: await answer.text(), faults: {} };
   } catch {
-    say(word("base.unreachable"), true);
+    tell(number, word("base.unreachable"), true);
     return false;
   }
   const faults = Object.values(told.faults || {});
-  say(form || !faults.length ? told.message : faults.join(" "), !answer.ok);
+  tell(number, form || !faults.length ? told.message : faults.join(" "), !answer.ok);
   if (form) show(form, told, answer.ok);
   if (form && !answer.ok) form.dispatchEvent(new CustomEvent("refused", { detail: told }));
   if (answer.ok) document.body.dispatchEvent(new CustomEvent("changed", { detail: { path } }));

@@ -97,7 +97,7 @@ function columns() {
   state.columns = chooseColumns({ lin: lines.lin, byFrame: byFrame(), database: names.any });
   widths();
   list.label(state.columns.map((key) => ({ key, label: word(`trace.column-${key}`), number: COLUMNS[key].number })));
-  draw();
+  drawNow(); // the rows of the other columns have gone
 }
 
 function widths() {
