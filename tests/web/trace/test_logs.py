@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from canwire import Frame, LogEntry, LogMark, MarkKind
 from canwire.web.server import Site
 from canwire.web.trace import logs
 from canwire.web.trace.logs import writable_formats
+from canwire.web.trace.opened import OpenedLogs
 from tests.cases import each
 from tests.hubs import LONG_S, until
 from tests.web.conftest import at, tab
@@ -207,3 +209,15 @@ def test_who_looks_at_a_log_that_is_closed_is_let_go(steady: Site) -> None:
         Watching(socket, ["can0"], source="log-999")
         with pytest.raises(ConnectionClosedOK):
             socket.recv(LONG_S)
+
+
+def test_another_server_gives_other_keys(log: Path) -> None:
+    """A tab that comes back to a server that was started again would show another log under the name of its own."""
+    keys = set()
+    for _ in range(2):
+        opened_logs = OpenedLogs()
+        folder = tempfile.TemporaryDirectory()
+        keys.add(opened_logs.open(log.name, folder, Path(shutil.copy(log, folder.name))))
+        opened_logs.close_all()
+        assert not Path(folder.name).exists()
+    assert len(keys) == 2

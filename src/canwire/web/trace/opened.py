@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import tempfile
 import threading
 from collections.abc import Collection
@@ -132,7 +133,6 @@ class OpenedLogs:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._logs: dict[str, OpenedLog] = {}
-        self._next = 1
 
     @property
     def logs(self) -> dict[str, OpenedLog]:
@@ -144,8 +144,7 @@ class OpenedLogs:
         with self._lock:
             if len(self._logs) >= MOST_OPEN:
                 raise BadValue(f"{MOST_OPEN} logs are open; close one first")
-            key = f"log-{self._next}"
-            self._next += 1
+            key = f"log-{secrets.token_hex(4)}"  # a tab may come back with one of a server that has ended
             self._logs[key] = OpenedLog(name, folder, path)
         return key
 
