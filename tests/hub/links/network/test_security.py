@@ -388,9 +388,8 @@ def test_it_listens_where_it_was_told_and_nowhere_else() -> None:
     before = listeners()
     with offered() as place:
         told = {f"tcp 0100007F:{place.port:04X}"}
-        until(
-            lambda: listeners() - before == told
-        )  # the portable variant listens for a moment for its own pairs
+        # The portable variant listens for a moment where it makes a pair of sockets.
+        until(lambda: listeners() - before == told)
         with canwire.connect(place.address):
             until(lambda: listeners() - before == told)
 
