@@ -104,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     def ready(introduction: str) -> None:
         if arguments.network:
-            said = beside.enter_context(offering(arguments, usual_hub(arguments.socket)))
+            said = beside.enter_context(offering(arguments, usual_hub(arguments.socket), stop))
             introduction += f", {said}"
         _ready(introduction)
         if arguments.dongle is not None:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
 
 import canwire
 from canwire import Frame
+from canwire.commands.network import beside as offers
+from canwire.commands.network.options import add_offer_arguments
 from tests.docs.test_five_programs import COMMAND, GUIDE, LONG, PROGRAM, SHOWN, Terminals, line
 from tests.hub.links.network.places import channel, elsewhere, running
-from tests.hubs import Served, offering, serving, status_of
+from tests.hubs import Served, offering, serving, status_of, until
 
 pytestmark = pytest.mark.realtime
 
@@ -121,6 +126,30 @@ def test_serve_ends_its_offer_with_itself(tmp_path: Path) -> None:
         hub.terminate()
         assert hub.communicate(timeout=LONG) == ("", "")
         assert hub.returncode == 0
+
+
+@pytest.mark.parametrize("hub_ends", [True, False])
+def test_that_an_offer_has_ended_is_said_unless_its_hub_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], hub_ends: bool
+) -> None:
+    """It may notice that the hub has gone before the hub's process ends it."""
+    fifo, program = tmp_path / "fifo", tmp_path / "offer"
+    os.mkfifo(fifo)
+    program.write_text(f"#!/bin/sh\necho offered\nread word < {fifo}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    parser = argparse.ArgumentParser()
+    add_offer_arguments(parser)
+    with (
+        closing(canwire.Event(manual_reset=True)) as stop,
+        offers.offering(parser.parse_args([]), "hub", stop) as said,
+    ):
+        assert said == "offered"
+        if hub_ends:
+            stop.set()
+        fifo.write_text("end\n")
+        until(lambda: offers.WATCHING not in {one.name for one in threading.enumerate()})
+    assert ("not offered to other machines any more" in capfd.readouterr().err) != hub_ends
 
 
 @pytest.mark.parametrize(
