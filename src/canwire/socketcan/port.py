@@ -80,7 +80,12 @@ class Port:
         self.restarting = Restarting(setting, interface, self.place, self._restarted)
         self._reading, self._writing = self._channel.reading, self._channel.writing
         self._loop.watch(self._reading.descriptor.fileno(), READABLE, self._rung)
-        self._room = LineRoom(setting, interface, self._writing)
+        self._room = LineRoom(
+            setting,
+            interface,
+            self._writing,
+            lambda: setting.hub.line_status(self.place.board.id, self.place.line),
+        )
         status = self._channel.activate()  # it may have been stopped since it was brought up
         self._mode = status.mode
         setting.interfaces.show(interface, UP if status.running else 0)

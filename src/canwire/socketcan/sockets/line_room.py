@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from canwire import CanwireError
 from canwire.socketcan.loop import READABLE
 from canwire.socketcan.table import STUCK
 
@@ -21,12 +23,15 @@ _STUCK_S = 0.25
 
 
 class LineRoom:
-    """`writing` is the queue's end, which all senders share."""
+    """`writing` is the queue's end, which all senders share; `ask` returns once the hub has answered something."""
 
-    def __init__(self, setting: Setting, interface: Interface, writing: RingEnd) -> None:
+    def __init__(
+        self, setting: Setting, interface: Interface, writing: RingEnd, ask: Callable[[], object]
+    ) -> None:
         self._setting = setting
         self._interface = interface
         self._writing = writing
+        self._ask = ask
         self._waiting: deque[Callable[[], object]] = deque()
         self._stuck: Timer | None = None
         writing.threshold = _ROOM
@@ -58,11 +63,28 @@ class LineRoom:
         taken = self._writing.ring.taken
         self._stuck = self._setting.loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
 
-    def _look_for_progress(self, taken: int) -> None:
-        """A program that waits for room learns that there is none: ENOBUFS."""
+    def _look_for_progress(self, taken: int, *, answered: bool = False) -> None:
+        """A program that waits for room learns that there is none: ENOBUFS.
+
+        A hub whose process gets no time takes nothing either, and would then be taken for a line that cannot send. So
+        nothing may have been taken between two answers of the hub.
+        """
         self._stuck = None
         if not self._waiting:
+            return
+        if self._takes_nothing(taken) and not answered:
+            self._stuck = self._setting.loop.call_in(
+                _STUCK_S, lambda: self._look_for_progress(taken, answered=True)
+            )
             return
         stuck = STUCK if self._writing.ring.taken == taken else 0
         self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK | stuck)
         self._look_again()
+
+    def _takes_nothing(self, taken: int) -> bool:
+        """Whether that is so once the hub has answered. A hub that is gone is told by the port."""
+        if self._writing.ring.taken != taken:
+            return False
+        with suppress(CanwireError):
+            self._ask()
+        return self._writing.ring.taken == taken
