@@ -82,7 +82,7 @@ class LineRoom:
         self._look_again()
 
     def _takes_nothing(self, taken: int) -> bool:
-        """Whether that is so once the hub has answered. A hub that is gone is told by the port."""
+        """Whether that is so once the hub has answered. The port reports a hub that is gone."""
         if self._writing.ring.taken != taken:
             return False
         with suppress(CanwireError):
