@@ -3,7 +3,7 @@
 Each answer, message and picture is late by a random time, so that whatever may come in another order does so. Load on
 the machine shows such an order once in hundreds of runs; this showed in ten runs of each test what README's command
 had shown once in five (docs/tests.md). A test that fails here waits for something that was there before, or the page
-takes an answer for another one. Tests that need something to happen within a time have none of it.
+takes an answer for another one.
 """
 
 from __future__ import annotations

@@ -59,27 +59,23 @@ class LineRoom:
         for call in waiting:
             call()
 
-    def _look_again(self) -> None:
+    def _look_again(self, *, answered: bool = False) -> None:
         taken = self._writing.ring.taken
-        self._stuck = self._setting.loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken))
+        self._stuck = self._setting.loop.call_in(_STUCK_S, lambda: self._look_for_progress(taken, answered))
 
-    def _look_for_progress(self, taken: int, *, answered: bool = False) -> None:
+    def _look_for_progress(self, taken: int, answered: bool) -> None:
         """A program that waits for room learns that there is none: ENOBUFS.
 
         A hub whose process gets no time takes nothing either, and would then be taken for a line that cannot send. So
-        nothing may have been taken between two answers of the hub.
+        nothing may have been taken between two answers of the hub; `answered`: there was the first one.
         """
         self._stuck = None
         if not self._waiting:
             return
-        if self._takes_nothing(taken) and not answered:
-            self._stuck = self._setting.loop.call_in(
-                _STUCK_S, lambda: self._look_for_progress(taken, answered=True)
-            )
-            return
-        stuck = STUCK if self._writing.ring.taken == taken else 0
+        nothing = self._takes_nothing(taken)
+        stuck = STUCK if nothing and answered else 0
         self._setting.interfaces.show(self._interface, self._interface.flags & ~STUCK | stuck)
-        self._look_again()
+        self._look_again(answered=nothing)
 
     def _takes_nothing(self, taken: int) -> bool:
         """Whether that is so once the hub has answered. The port reports a hub that is gone."""

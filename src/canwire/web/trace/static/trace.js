@@ -19,7 +19,7 @@ import { Viewing } from "./viewing.js";
 
 const COUNT_MS = 100;
 const element = (id) => document.getElementById(id);
-const state = { mode: remembered("trace.mode", "time"), columns: [], dirty: false, pausedHead: null, opening: null };
+const state = { mode: remembered("trace.mode", "time"), columns: [], dirty: false, opening: null };
 const marks = new Marks();
 const names = new Names(() => columns());
 let kept = { source: "", ...JSON.parse(sessionStorage.getItem("canwire.trace.kept") || "{}") };
